@@ -65,6 +65,17 @@ JSL_API int jsl_shape_count(const jsl_world *world); /* handles are 1..count */
 JSL_API jsl_result jsl_material_create(jsl_world *world, const jsl_material_desc *desc, jsl_material *out);
 JSL_API jsl_result jsl_material_get(const jsl_world *world, jsl_material material, jsl_material_desc *out);
 
+/* -- What it can hold ------------------------------------------------------------------------------------ */
+
+/* Each kind of thing is made ready by the first call that needs it; a program links and a world pays for what it uses. Before
+ * jsl_world_restore into a new world, name the kinds that the image holds. */
+JSL_API jsl_result jsl_world_use_particles(jsl_world *world);
+JSL_API jsl_result jsl_world_use_flocks(jsl_world *world);
+JSL_API jsl_result jsl_world_use_bodies(jsl_world *world);
+
+/* Gives entities a colour (0xRRGGBBAA), the component `look`. */
+JSL_API jsl_result jsl_look_set_n(jsl_world *world, const jsl_entity *entity, int64_t count, uint32_t rgba);
+
 /* -- The step ---------------------------------------------------------------------------------------------- */
 
 /* Advances by dt seconds (0: the world's default; to refresh contacts without moving anything use
@@ -79,6 +90,8 @@ JSL_API int64_t jsl_world_time_ns(const jsl_world *world); /* ns, integer: never
 JSL_API uint64_t jsl_world_step_count(const jsl_world *world);
 /* The settings in force: the desc with its defaults filled in. */
 JSL_API const jsl_world_desc *jsl_world_settings(const jsl_world *world);
+/* Where its messages go from now on; null: nowhere. */
+JSL_API void jsl_world_set_logger(jsl_world *world, const jsl_logger *logger);
 JSL_API jsl_result jsl_world_set_gravity(jsl_world *world, jsl_vec3 gravity);
 JSL_API jsl_result jsl_world_set_wind(jsl_world *world, const jsl_wind *wind);
 JSL_API jsl_result jsl_world_set_dt(jsl_world *world, jsl_real dt);

@@ -198,7 +198,8 @@ bool parse_color(const char *text, uint32_t *rgba) {
 static jsl_result read_number(scene_reader *r, json_t *value, const key *k, double *out) {
     if (!json_is_number(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a number");
     double x = json_number_value(value);
-    if (!(x - x == 0)) return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite");
+    if (!jsl_is_finite((jsl_real)x))
+        return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite, or too large for %s", JSL_PRECISION_TEXT);
     if ((k->lo != 0 || k->hi != 0) && (x < k->lo || x > k->hi)) {
         if (k->hi >= 1e30)
             return reader_fail(r, JSL_ERR_ARGUMENT, "is %g%s%s: must be at least %g", x, k->unit[0] ? " " : "", k->unit,
@@ -208,6 +209,26 @@ static jsl_result read_number(scene_reader *r, json_t *value, const key *k, doub
     }
     *out = x;
     return JSL_OK;
+}
+
+/* A number, or a string such as "1/60". */
+static jsl_result read_fraction(scene_reader *r, json_t *value, const key *k, double *out) {
+    if (!json_is_string(value)) return read_number(r, value, k, out);
+    const char *text = json_string_value(value);
+    char *end;
+    double a = strtod(text, &end), b = 1;
+    bool good = end != text;
+    if (good && *end == '/') {
+        const char *from = end + 1;
+        b = strtod(from, &end);
+        good = end != from;
+    }
+    if (!good || *end) return reader_fail(r, JSL_ERR_FORMAT, "must be a number or a fraction such as \"1/60\"");
+    json_t *number = json_real(b != 0 ? a / b : 0);
+    if (!number) return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite");
+    jsl_result result = read_number(r, number, k, out);
+    json_decref(number);
+    return result;
 }
 
 static jsl_result read_numbers(scene_reader *r, json_t *value, const key *k, int count, double *out) {
@@ -260,11 +281,18 @@ static jsl_result read_container(scene_reader *r, json_t *value, const key *k, j
 static jsl_result read_value(scene_reader *r, json_t *value, const key *k, void *out) {
     double x[3];
     switch (k->kind) {
-    case KEY_REAL: return read_number(r, value, k, out);
+    case KEY_REAL:
+    case KEY_DEGREES:
+        JSL_TRY(read_number(r, value, k, x));
+        *(jsl_real *)out = (jsl_real)(k->kind == KEY_REAL ? x[0] : x[0] * 3.14159265358979323846 / 180);
+        return JSL_OK;
+    case KEY_DOUBLE: return read_fraction(r, value, k, out);
     case KEY_INT:
+    case KEY_INT32:
         if (!json_is_integer(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a whole number");
         JSL_TRY(read_number(r, value, k, x));
-        *(int64_t *)out = json_integer_value(value);
+        if (k->kind == KEY_INT) *(int64_t *)out = json_integer_value(value);
+        else *(int *)out = (int)json_integer_value(value);
         return JSL_OK;
     case KEY_BOOL:
         if (!json_is_boolean(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be true or false");

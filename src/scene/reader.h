@@ -26,8 +26,11 @@ typedef struct scene_reader {
 } scene_reader;
 
 typedef enum key_kind {
-    KEY_REAL,    /* double */
+    KEY_REAL,    /* jsl_real */
+    KEY_DEGREES, /* jsl_real, kept in rad */
+    KEY_DOUBLE,  /* double; also "1/60" */
     KEY_INT,     /* int64_t */
+    KEY_INT32,   /* int */
     KEY_BOOL,    /* bool */
     KEY_NAME,    /* const char *, borrowed from the tree */
     KEY_VEC3,    /* jsl_vec3 */

@@ -23,12 +23,13 @@ typedef struct jsl_room_hooks {
     void (*destroy)(void *room);
     /* Adds its part to the diagnostics; may be null. */
     void (*measure)(void *room, const jsl_world *world, jsl_diagnostics *out);
-    /* State that is not in components; all four are null when there is none. save writes save_size bytes. check tells
-     * whether restore of these bytes would succeed; restore then cannot fail but for memory. */
+    /* State that is not in components; all four are null when there is none. A failed restore changes nothing. */
     uint64_t (*hash)(void *room);
     size_t (*save_size)(void *room);
-    void (*save)(void *room, void *bytes);
+    jsl_result (*save)(void *room, void *bytes, size_t size);
     jsl_result (*restore)(void *room, const void *bytes, size_t size);
+    /* Called after the entities were replaced by a restore; may be null. */
+    void (*forget)(void *room);
 } jsl_room_hooks;
 
 typedef struct jsl_clock {

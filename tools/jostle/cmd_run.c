@@ -49,7 +49,7 @@ static int apply_sets(const command *self, jsl_scene *scene, const run_options *
 }
 
 static void particle_look(void *arg, const jsl_rows *rows, uint32_t *rgba, float *size) {
-    jsl_particles_look(arg, rows, rgba, size);
+    jsl_particle_appearance(arg, rows, rgba, size);
 }
 
 static int open_publisher(const run_options *o, jsl_scene *scene, jsl_world *world, jsl_publisher **out) {
