@@ -75,7 +75,7 @@ EXT_render   := $(call pkglibs,osmesa libpng)
 EXT_oracle   := $(call pkglibs,ode) -lbox2d -lstdc++
 NEEDS_scene  := jostle
 NEEDS_lcm    := jostle
-NEEDS_render := jostle jostle-lcm
+NEEDS_render := jostle
 NEEDS_oracle := jostle
 PKGC         := $(call pkgcflags,jansson lcm osmesa libpng ode)
 
