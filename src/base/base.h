@@ -192,6 +192,8 @@ static inline jsl_real jsl_rng_signed(jsl_rng *rng) { return 2 * jsl_rng_unit(rn
 uint64_t jsl_hash_bytes(const void *data, size_t size, uint64_t seed);
 /* CRC-32C (Castagnoli), as the telemetry schema asks for. Start with crc 0; may be continued. */
 uint32_t jsl_crc32c(uint32_t crc, const void *data, size_t size);
+/* The same without the CPU's instruction: for tests. */
+uint32_t jsl_crc32c_by_table(uint32_t crc, const void *data, size_t size);
 
 /* -- Map u64 -> u32 (map.c)
  * --------------------------------------------------------------------------- */
