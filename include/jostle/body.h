@@ -11,20 +11,13 @@
 #include <jostle/base.h>
 #include <jostle/ecs.h>
 #include <jostle/math.h>
+#include <jostle/shape.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 struct jsl_world;
-
-/* Handles of a world's shape and material tables; zero is null. */
-typedef struct jsl_shape {
-    uint32_t id;
-} jsl_shape;
-typedef struct jsl_material {
-    uint32_t id;
-} jsl_material;
 
 /* A body: an entity with the component "body". */
 typedef struct jsl_body {

@@ -41,9 +41,9 @@ static size_t skip_value(const scene_reader *r, size_t at) {
     return at;
 }
 
-static bool key_is(const scene_reader *r, size_t at, const char *key) {
-    size_t n = strlen(key);
-    return at + n + 2 <= r->size && memcmp(r->text + at + 1, key, n) == 0 && r->text[at + 1 + n] == '"';
+static bool key_is(const scene_reader *r, size_t at, const char *name) {
+    size_t n = strlen(name);
+    return at + n + 2 <= r->size && memcmp(r->text + at + 1, name, n) == 0 && r->text[at + 1 + n] == '"';
 }
 
 /* Offset of the value (or of the key itself when the last part is a key) named by the path; size when it is not in the text. */
