@@ -154,6 +154,18 @@ static void place_copy(const copies *c, const jsl_body_desc *first, int64_t x, i
                                     jsl_quat_normalize(first->orientation));
 }
 
+/* The same colour a little lighter or darker. */
+static uint32_t vary_color(uint32_t rgba, jsl_real vary, uint64_t copy) {
+    jsl_rng rng = jsl_rng_make(1, copy, 0, 0);
+    jsl_real factor = 1 + vary * jsl_rng_signed(&rng);
+    uint32_t out = rgba & 0xff;
+    for (int shift = 8; shift <= 24; shift += 8) {
+        jsl_real x = factor * (jsl_real)(rgba >> shift & 0xff);
+        out |= (uint32_t)(x < 255 ? x : 255) << shift;
+    }
+    return out;
+}
+
 static jsl_result build_body(builder *b, json_t *object) {
     scene_body body = {0};
     uint64_t present;
@@ -167,7 +179,11 @@ static jsl_result build_body(builder *b, json_t *object) {
     if (!desc) return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory for %lld bodies", (long long)count);
     for (int64_t z = 0; z < c.nz; z++)
         for (int64_t y = 0; y < c.ny; y++)
-            for (int64_t x = 0; x < c.nx; x++) place_copy(&c, &body.desc, x, y, z, &desc[n++]);
+            for (int64_t x = 0; x < c.nx; x++) {
+                place_copy(&c, &body.desc, x, y, z, &desc[n]);
+                if (body.vary > 0) desc[n].rgba = vary_color(body.desc.rgba, body.vary, (uint64_t)n);
+                n++;
+            }
     jsl_result result = told(b, jsl_body_create_n(b->world, desc, count, NULL));
     free(desc);
     return result;

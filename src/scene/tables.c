@@ -109,6 +109,7 @@ static const key body_keys[] = {
     K("density", KEY_REAL, scene_body, desc.density, TINY, BIG, "kg/m^3", "(1000)"),
     K("material", KEY_NAME, scene_body, material, 0, 0, "", "name of a material (friction 0.6, restitution 0)"),
     K("color", KEY_COLOR, scene_body, desc.rgba, 0, 0, "", "\"#rrggbb\" or \"#rrggbbaa\""),
+    K("vary", KEY_REAL, scene_body, vary, 0, 1, "", "brightness of copies differs by up to this share (0)"),
     K("no_gravity", KEY_BOOL, scene_body, desc.no_gravity, 0, 0, "", ""),
     K("linear_damping", KEY_REAL, scene_body, desc.linear_damping, 0, 1e6, "1/s", "(0)"),
     K("angular_damping", KEY_REAL, scene_body, desc.angular_damping, 0, 1e6, "1/s", "(0)"),

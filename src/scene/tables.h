@@ -56,6 +56,7 @@ typedef struct scene_body {
     jsl_body_desc desc;
     json_t *shape, *grid, *ring;
     const char *material;
+    jsl_real vary;
 } scene_body;
 
 typedef struct scene_look {
