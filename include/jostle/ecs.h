@@ -23,8 +23,7 @@ extern "C" {
 
 typedef struct jsl_ecs jsl_ecs;
 
-/* -- Handles
- * ---------------------------------------------------------------------------------------- */
+/* -- Handles ------------------------------------------------------------------ */
 
 /* An entity. All zero is the null handle. index is slot + 1; generation holds 20 bits that change
  * when the slot is reused and 12 bits that tell the owning ECS apart from others. Validated by
@@ -53,8 +52,7 @@ typedef struct jsl_query {
     uint32_t id;
 } jsl_query;
 
-/* -- Components
- * --------------------------------------------------------------------------------------- */
+/* -- Components --------------------------------------------------------------- */
 
 typedef enum jsl_type {
     JSL_TYPE_REAL, /* jsl_real */
@@ -148,29 +146,27 @@ typedef struct jsl_component_desc {
 #define JSL_COMPONENT_FIELDS(component, LIST)                                                      \
     static const jsl_field component##_fields[] = {LIST(JSL_FIELD_ROW_)}
 
-/* -- Rows
- * ------------------------------------------------------------------------------------------------
- */
+/* -- Rows --------------------------------------------------------------------- */
 
 #define JSL_MAX_TERMS 12
 #define JSL_MAX_VIEW_COLUMNS 96
 
-/* count rows of one table as parallel arrays. Unless they came from jsl_rows_of_entity, the first
- * row's columns are 64-byte aligned and the arrays may be read and written up to count rounded up
- * to 16 (rows past count are inert: writing them is harmless). */
+/* count rows of one table as parallel arrays. Those of a query (its iteration, its systems) start
+ * 64-byte aligned and may be read and written up to count rounded up to 16: rows past the last are
+ * inert, writing them is harmless. Those of jsl_rows_of_entity and jsl_entity_create_n start at any
+ * row and end at count. */
 typedef struct jsl_rows {
     int64_t count;
     int64_t begin;                /* index of the first row within its table */
     uint32_t table;               /* which table; for jsl_table_* */
-    uint64_t present;             /* bit t: this table has optional term t */
+    uint64_t present;             /* bit t: the table has the component of term t */
     const jsl_entity *entity;     /* the handle of each row */
     uint8_t first[JSL_MAX_TERMS]; /* term -> first entry in column[]; columns of a component are in
                                      field order */
     void *column[JSL_MAX_VIEW_COLUMNS]; /* null for an optional term that is absent */
 } jsl_rows;
 
-/* -- Queries
- * --------------------------------------------------------------------------------------------- */
+/* -- Queries ------------------------------------------------------------------ */
 
 typedef enum jsl_access {
     JSL_END = 0,  /* closes a term list */
@@ -192,8 +188,7 @@ typedef struct jsl_query_desc {
     jsl_term terms[JSL_MAX_TERMS];
 } jsl_query_desc;
 
-/* -- Life of an ECS
- * ------------------------------------------------------------------------------------------ */
+/* -- Life of an ECS ----------------------------------------------------------- */
 
 typedef struct jsl_ecs_desc {
     jsl_allocator allocator;
@@ -215,13 +210,13 @@ JSL_API int jsl_component_count(const jsl_ecs *ecs);
  * lives. */
 JSL_API const jsl_component_desc *jsl_component_info(const jsl_ecs *ecs, int i);
 
-/* -- Entities
- * --------------------------------------------------------------------------------------------------
- */
+/* -- Entities ----------------------------------------------------------------- */
 
 /* count entities with the given set of components, their fields zeroed. Fills out[0..count) unless
- * null, and *rows (may be null) with the new rows, terms in the order of set. All or nothing. Slots
- * are reused lowest-recently-freed first, so the same calls give the same handles. */
+ * null, and *rows (may be null) with the new rows, terms in the order of set (JSL_ERR_LIMIT when
+ * they exceed JSL_MAX_TERMS or JSL_MAX_VIEW_COLUMNS). A component twice in a set: JSL_ERR_ARGUMENT.
+ * All or nothing. Slots are reused lowest-recently-freed first, so the same calls give the same
+ * handles. */
 JSL_API jsl_result jsl_entity_create_n(jsl_ecs *ecs, const jsl_component *set, int set_count,
                                        int64_t count, jsl_entity *out, jsl_rows *rows);
 JSL_API jsl_result jsl_entity_create(jsl_ecs *ecs, const jsl_component *set, int set_count,
@@ -229,8 +224,8 @@ JSL_API jsl_result jsl_entity_create(jsl_ecs *ecs, const jsl_component *set, int
 JSL_API jsl_result jsl_entity_destroy(jsl_ecs *ecs, jsl_entity entity);
 /* All or nothing: one invalid or repeated handle and none is destroyed. */
 JSL_API jsl_result jsl_entity_destroy_n(jsl_ecs *ecs, const jsl_entity *entity, int64_t count);
-/* Destroys every row of the query for which keep(...)[i] stays true: the callback sets dead[i] = 1
- * for rows to destroy (dead starts zeroed). *destroyed may be null. */
+/* Destroys the rows of the query for which fn sets dead[i] = 1 (dead starts zeroed). fn is called
+ * once for each table and only looks; rows die after its last call. *destroyed may be null. */
 typedef void jsl_where_fn(const jsl_rows *rows, uint8_t *dead, void *arg);
 JSL_API jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn *fn,
                                             void *arg, int64_t *destroyed);
@@ -265,9 +260,7 @@ JSL_API jsl_result jsl_rows_of_entity(jsl_ecs *ecs, jsl_entity entity, jsl_compo
 JSL_API jsl_result jsl_entity_reserve(jsl_ecs *ecs, const jsl_component *set, int set_count,
                                       int64_t count);
 
-/* -- Iterating
- * ---------------------------------------------------------------------------------------------------
- */
+/* -- Iterating ---------------------------------------------------------------- */
 
 JSL_API jsl_result jsl_query_create(jsl_ecs *ecs, const jsl_query_desc *desc, jsl_query *out);
 /* Rows that match now; 0 for an invalid query. */
@@ -285,9 +278,7 @@ typedef struct jsl_iter {
 JSL_API jsl_iter jsl_query_begin(jsl_ecs *ecs, jsl_query query, int64_t block);
 JSL_API bool jsl_query_next(jsl_iter *iter, jsl_rows *rows);
 
-/* -- Systems
- * -----------------------------------------------------------------------------------------------------
- */
+/* -- Systems ------------------------------------------------------------------ */
 
 /* X(CODE, text): the stages of a step, in order. */
 #define JSL_STAGES(X)                                                                              \
@@ -366,9 +357,11 @@ JSL_API void jsl_warn(const jsl_step_context *context, jsl_warning warning, int6
                       jsl_entity offender);
 
 /* Called for one block of rows; other blocks of the same system may run at the same time on other
- * workers. */
+ * workers. So exec, memory and arena of the context are null here, and direct structural changes
+ * give JSL_ERR_STATE. */
 typedef void jsl_rows_fn(const jsl_step_context *context, const jsl_rows *rows, void *user);
-/* Called once a step on the calling thread. A failure ends the step with that result. */
+/* Called once a step on the calling thread; may change structure directly. A failure ends the stage
+ * with that result and drops what its systems deferred. */
 typedef jsl_result jsl_whole_fn(const jsl_step_context *context, void *user);
 
 /* Exactly one of run_rows and run_whole. A system runs only when its query matches a row; a
@@ -406,8 +399,11 @@ JSL_API int jsl_system_count(const jsl_ecs *ecs);
 JSL_API jsl_result jsl_system_get(const jsl_ecs *ecs, int i, jsl_system_info *out);
 
 /* Structural changes from inside a system; applied at the end of the stage in (system, block,
- * sequence) order. Handles that have died by then are passed over. jsl_defer_create copies `bytes`
- * of values: the fields of set in order, tightly packed, or none when values is null. */
+ * sequence) order. Handles that have died by then are passed over; a handle that is invalid already
+ * gives JSL_ERR_HANDLE, no memory JSL_ERR_MEMORY, and nothing is recorded. Should memory run out
+ * while they are applied, the stage returns JSL_ERR_MEMORY and the remaining ones are dropped.
+ * jsl_defer_create copies `bytes` of values: the fields of set in order, tightly packed, or none
+ * when values is null. */
 JSL_API jsl_result jsl_defer_create(const jsl_step_context *context, const jsl_component *set,
                                     int set_count, const void *values, size_t bytes);
 JSL_API jsl_result jsl_defer_destroy(const jsl_step_context *context, jsl_entity entity);
@@ -416,20 +412,21 @@ JSL_API jsl_result jsl_defer_add(const jsl_step_context *context, jsl_entity ent
 JSL_API jsl_result jsl_defer_remove(const jsl_step_context *context, jsl_entity entity,
                                     const jsl_component *set, int set_count);
 
-/* -- The state as a whole
- * --------------------------------------------------------------------------------------------- */
+/* -- The state as a whole ----------------------------------------------------- */
 
 /* Hash of all STATE and CACHE fields of all entities, independent of row order, padding, and of the
  * order in which tables came about. */
 JSL_API uint64_t jsl_ecs_hash(const jsl_ecs *ecs);
 
 /* Bytes needed, and the image itself (STATE and CACHE, versioned, with lengths and a checksum).
- * Little-endian; both precisions read both. */
+ * Little-endian; both precisions read both. size may exceed what is needed; the rest is left alone,
+ * and is no part of the image that restore wants. */
 JSL_API size_t jsl_ecs_save_size(const jsl_ecs *ecs);
 JSL_API jsl_result jsl_ecs_save(const jsl_ecs *ecs, void *bytes, size_t size);
-/* Replaces every entity. Components named in the image must be registered with the same rows
- * (JSL_ERR_VERSION otherwise). Damaged: JSL_ERR_FORMAT. On failure nothing has changed. Handles,
- * slots and row order come back as they were. */
+/* Replaces every entity; DERIVED and SCRATCH fields come back zero. size must be that of the image.
+ * Components named in the image must be registered with the same rows (JSL_ERR_VERSION otherwise).
+ * Damaged: JSL_ERR_FORMAT. On failure nothing has changed. Handles, slots and row order come back
+ * as they were. */
 JSL_API jsl_result jsl_ecs_restore(jsl_ecs *ecs, const void *bytes, size_t size);
 
 typedef struct jsl_ecs_report {

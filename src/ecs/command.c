@@ -13,8 +13,7 @@ enum { CREATE, DESTROY, ADD, REMOVE };
 
 static int64_t words(int64_t bytes) { return (bytes + 7) / 8; }
 
-/* -- Recording
- * ---------------------------------------------------------------------------------------------- */
+/* -- Recording ---------------------------------------------------------------- */
 
 void jsl_commands_begin(jsl_command_buffer *buffer, int system, int64_t block) {
     buffer->system = system;
@@ -134,9 +133,7 @@ jsl_result jsl_defer_create(const jsl_step_context *context, const jsl_component
     return JSL_OK;
 }
 
-/* -- Applying
- * -------------------------------------------------------------------------------------------------
- */
+/* -- Applying ----------------------------------------------------------------- */
 
 static jsl_result apply_create(jsl_ecs *ecs, const uint64_t *at) {
     int set_count = (int)(at[0] >> 8 & 0xff);

@@ -3,8 +3,7 @@
  */
 #include "ecs/store.h"
 
-/* -- Creating
- * -------------------------------------------------------------------------------------------- */
+/* -- Creating ----------------------------------------------------------------- */
 
 /* The new rows as the caller wants to fill them: one term for each component of the set, in its
  * order. */
@@ -83,8 +82,7 @@ jsl_result jsl_entity_reserve(jsl_ecs *ecs, const jsl_component *set, int set_co
     return reserve_set(ecs, mask, count, &table);
 }
 
-/* -- Destroying
- * ------------------------------------------------------------------------------------------ */
+/* -- Destroying --------------------------------------------------------------- */
 
 jsl_result jsl_entity_destroy(jsl_ecs *ecs, jsl_entity entity) {
     if (!ecs) return JSL_ERR_ARGUMENT;
@@ -192,8 +190,7 @@ jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn 
     return JSL_OK;
 }
 
-/* -- One entity
- * -------------------------------------------------------------------------------------------- */
+/* -- One entity --------------------------------------------------------------- */
 
 void *jsl_entity_field(jsl_ecs *ecs, jsl_entity entity, jsl_component component, int field) {
     const jsl_slot *slot = ecs ? jsl_slot_of(ecs, entity) : NULL;

@@ -13,8 +13,7 @@
 #define ROWS 256      /* accumulators at a time: 2 KiB, in the first-level cache */
 #define HANDLE_BITS 0x000fffffffffffffull
 
-/* -- Lanes of 64 bits
- * ------------------------------------------------------------------------------------ */
+/* -- Lanes of 64 bits --------------------------------------------------------- */
 
 #if JSL_KERNEL_ISA == 1
 typedef uint64_t lanes;
@@ -72,9 +71,7 @@ JSL_INLINE lanes step(lanes a, lanes w) {
 JSL_INLINE lanes both(lanes a, lanes b) { return _mm512_and_si512(a, b); }
 #endif
 
-/* -- Columns
- * ------------------------------------------------------------------------------------------------
- */
+/* -- Columns ------------------------------------------------------------------ */
 
 static void mix_key(uint64_t *acc, uint32_t key, int n) {
     lanes k = all(key);

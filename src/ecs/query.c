@@ -3,8 +3,7 @@
  */
 #include "ecs/store.h"
 
-/* -- Making
- * -------------------------------------------------------------------------------------------- */
+/* -- Making ------------------------------------------------------------------- */
 
 static jsl_result plan_terms(const jsl_ecs *ecs, const jsl_query_desc *desc, jsl_query_plan *plan) {
     uint64_t seen = 0;
@@ -121,8 +120,7 @@ void jsl_queries_free(jsl_ecs *ecs) {
     jsl_array_free(&ecs->memory, &ecs->query);
 }
 
-/* -- Reading
- * --------------------------------------------------------------------------------------------- */
+/* -- Reading ------------------------------------------------------------------ */
 
 jsl_query_plan *jsl_query_at(const jsl_ecs *ecs, jsl_query query) {
     if (!ecs || query.id == 0 || query.id > (uint64_t)ecs->query.count) return NULL;

@@ -4,8 +4,7 @@
  */
 #include "ecs/image.h"
 
-/* -- Reading with bounds
- * ------------------------------------------------------------------------------------- */
+/* -- Reading with bounds ------------------------------------------------------ */
 
 typedef struct reader {
     const unsigned char *bytes;
@@ -51,8 +50,7 @@ static uint32_t word_at(const unsigned char *p, uint64_t i) {
     return x;
 }
 
-/* -- What the image says
- * --------------------------------------------------------------------------------------- */
+/* -- What the image says ------------------------------------------------------ */
 
 typedef struct image_part {
     jsl_table *table;
@@ -228,8 +226,7 @@ static jsl_result prepare(image *im) {
     return jsl_slots_reserve_total(ecs, (int64_t)im->head.slots);
 }
 
-/* -- Taking it over
- * ---------------------------------------------------------------------------------------------- */
+/* -- Taking it over ----------------------------------------------------------- */
 
 static void load_reals(const image *im, const jsl_column *c, const unsigned char *from,
                        uint64_t n) {

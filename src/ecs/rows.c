@@ -59,8 +59,7 @@ static void point_slots(jsl_ecs *ecs, const jsl_table *table, int64_t begin, int
     }
 }
 
-/* -- One row
- * ------------------------------------------------------------------------------------------ */
+/* -- One row ------------------------------------------------------------------ */
 
 static void copy_value(unsigned char *dst, const unsigned char *src, uint32_t bytes) {
     switch (bytes) { /* constant sizes become single moves */
@@ -102,8 +101,7 @@ void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
     jsl_table_set_count(ecs, table, last);
 }
 
-/* -- Many rows
- * ------------------------------------------------------------------------------------------ */
+/* -- Many rows ---------------------------------------------------------------- */
 
 static void close_in_order(jsl_ecs *ecs, jsl_table *table) {
     uint32_t from[BATCH];
@@ -225,8 +223,7 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
     point_slots(ecs, dst, to, n);
 }
 
-/* -- Another order
- * ---------------------------------------------------------------------------------------- */
+/* -- Another order ------------------------------------------------------------ */
 
 typedef struct reorder_job {
     jsl_ecs *ecs;

@@ -33,8 +33,7 @@ static void prepare_workers(jsl_ecs *ecs, const jsl_step_context *base, int work
     }
 }
 
-/* -- Row systems
- * -------------------------------------------------------------------------------------------- */
+/* -- Row systems -------------------------------------------------------------- */
 
 typedef struct rows_job {
     jsl_ecs *ecs;
@@ -95,8 +94,7 @@ static void run_rows(jsl_ecs *ecs, jsl_system *system, int index, const jsl_step
     for (int w = 0; w < workers; w++) {
         jsl_worker *worker = &ecs->worker[w];
         worker->match = 0;
-        worker->context.exec =
-            NULL; /* not reentrant, not for several threads, of whole systems only */
+        worker->context.exec = NULL; /* these three are for whole systems only */
         worker->context.memory = NULL;
         worker->context.arena = NULL;
     }
@@ -106,9 +104,7 @@ static void run_rows(jsl_ecs *ecs, jsl_system *system, int index, const jsl_step
     system->calls += (uint64_t)blocks;
 }
 
-/* -- Stages
- * ---------------------------------------------------------------------------------------------------
- */
+/* -- Stages ------------------------------------------------------------------- */
 
 static uint64_t declared_bytes(const jsl_ecs *ecs, const jsl_system *system) {
     const jsl_query_plan *plan = ecs->query.at[system->query];

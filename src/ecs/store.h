@@ -22,8 +22,7 @@
 #define JSL_NO_COLUMN 0xffffu
 #define JSL_NAME_MAX 31
 
-/* -- Slots
- * ------------------------------------------------------------------------------------------ */
+/* -- Slots -------------------------------------------------------------------- */
 
 typedef struct jsl_slot {
     uint32_t table, row;
@@ -40,8 +39,7 @@ typedef struct jsl_slots {
     int64_t live;
 } jsl_slots;
 
-/* -- Components
- * ------------------------------------------------------------------------------------- */
+/* -- Components --------------------------------------------------------------- */
 
 typedef struct jsl_component_type {
     jsl_component_desc desc; /* strings and fields lie in block */
@@ -51,8 +49,7 @@ typedef struct jsl_component_type {
     int row_bytes;
 } jsl_component_type;
 
-/* -- Tables
- * ----------------------------------------------------------------------------------------- */
+/* -- Tables ------------------------------------------------------------------- */
 
 typedef struct jsl_column {
     unsigned char *at;
@@ -85,8 +82,7 @@ typedef struct jsl_table {
     jsl_column column[];
 } jsl_table;
 
-/* -- Queries
- * ---------------------------------------------------------------------------------------- */
+/* -- Queries ------------------------------------------------------------------ */
 
 typedef struct jsl_match {
     jsl_table *table;
@@ -104,8 +100,7 @@ typedef struct jsl_query_plan {
     jsl_query_desc desc;
 } jsl_query_plan;
 
-/* -- Commands
- * --------------------------------------------------------------------------------------- */
+/* -- Commands ----------------------------------------------------------------- */
 
 /* What one system deferred in one block: words [begin, end) of the buffer that recorded it. */
 typedef struct jsl_segment {
@@ -123,8 +118,7 @@ typedef struct jsl_command_buffer {
     int64_t next; /* segment to apply */
 } jsl_command_buffer;
 
-/* -- Systems
- * ---------------------------------------------------------------------------------------- */
+/* -- Systems ------------------------------------------------------------------ */
 
 #define JSL_SYSTEM_NAME_MAX 63
 
@@ -152,8 +146,7 @@ typedef struct jsl_worker {
     char pad[64];  /* keeps two workers off one cache line */
 } jsl_worker;
 
-/* -- The whole
- * -------------------------------------------------------------------------------------- */
+/* -- The whole ---------------------------------------------------------------- */
 
 struct jsl_ecs {
     jsl_memory memory;

@@ -3,8 +3,7 @@
  */
 #include "ecs/store.h"
 
-/* -- Layout
- * ----------------------------------------------------------------------------------------- */
+/* -- Layout ------------------------------------------------------------------- */
 
 /* True when no column starts within gap cache lines of `line`, in a ring of the 64 lines of 4096
  * bytes. */
@@ -112,8 +111,7 @@ int64_t jsl_table_append(jsl_ecs *ecs, jsl_table *table, int64_t count) {
     return row;
 }
 
-/* -- Finding and making
- * ------------------------------------------------------------------------------ */
+/* -- Finding and making ------------------------------------------------------- */
 
 jsl_table *jsl_table_lookup(const jsl_ecs *ecs, uint64_t mask) {
     uint32_t id;
