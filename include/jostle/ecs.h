@@ -198,6 +198,8 @@ typedef struct jsl_ecs_desc {
 
 JSL_API jsl_result jsl_ecs_create(const jsl_ecs_desc *desc, jsl_ecs **out);
 JSL_API void jsl_ecs_destroy(jsl_ecs *ecs); /* null is allowed */
+/* Where messages go from now on; null: nowhere. */
+JSL_API void jsl_ecs_set_logger(jsl_ecs *ecs, const jsl_logger *logger);
 
 /* Registers a component. Registering a name again with the same rows gives the same component; with
  * others: JSL_ERR_NAME. JSL_ERR_LIMIT beyond JSL_MAX_COMPONENTS. */

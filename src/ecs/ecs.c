@@ -48,6 +48,10 @@ void jsl_ecs_destroy(jsl_ecs *ecs) {
 }
 
 jsl_memory *jsl_ecs_memory(jsl_ecs *ecs) { return &ecs->memory; }
+void jsl_ecs_set_logger(jsl_ecs *ecs, const jsl_logger *logger) {
+    if (ecs) ecs->logger = logger ? *logger : (jsl_logger){0};
+}
+
 const jsl_logger *jsl_ecs_logger(const jsl_ecs *ecs) { return &ecs->logger; }
 
 const char *jsl_stage_text(jsl_stage stage) {

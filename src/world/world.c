@@ -129,6 +129,12 @@ jsl_result jsl_world_bad_argument(const jsl_world *world, const char *function, 
 
 const jsl_world_desc *jsl_world_settings(const jsl_world *world) { return world ? &world->settings : NULL; }
 
+void jsl_world_set_logger(jsl_world *w, const jsl_logger *logger) {
+    if (!w) return;
+    w->settings.logger = logger ? *logger : (jsl_logger){0};
+    jsl_ecs_set_logger(w->ecs, logger);
+}
+
 jsl_result jsl_world_set_gravity(jsl_world *w, jsl_vec3 gravity) {
     if (!w) return JSL_ERR_ARGUMENT;
     if (!jsl_v3_is_finite(gravity))
