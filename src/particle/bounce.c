@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * Kinematic response of one particle to everything solid, within one sub-step. Floor 4.
  *
- * The motion without collisions is known in closed form, so a sub-step is: fly to the first contact, respond
- * v' = v - (1+e)(v.N)N relative to the surface, fly on, at most MAX_EVENTS times. A particle that would leave more slowly than it
- * falls within a sub-step rests instead: its normal velocity is taken away and it is put on the surface, which is what ends
- * the infinitely many bounces of Zeno and keeps it from sinking. Friction after Coulomb: the tangential velocity shrinks by mu times
- * the change of the normal one.
+ * The motion without collisions is known in closed form, so a sub-step is: fly to the first
+ * contact, respond v' = v - (1+e)(v.N)N relative to the surface, fly on, at most MAX_EVENTS times.
+ * A particle that would leave more slowly than it falls within a sub-step rests instead: its normal
+ * velocity is taken away and it is put on the surface, which is what ends the infinitely many
+ * bounces of Zeno and keeps it from sinking. Friction after Coulomb: the tangential velocity
+ * shrinks by mu times the change of the normal one.
  */
 #include "particle/room.h"
 
@@ -39,8 +40,10 @@ static jsl_pose pose_at(const jsl_collider_item *item, jsl_real t) {
 static jsl_shape_desc grown(const jsl_collider_item *item, jsl_real radius) {
     jsl_shape_desc s = item->shape;
     if (radius > 0) {
-        if (s.kind == JSL_SHAPE_BOX) s.half = jsl_add(s.half, jsl_v3(radius, radius, radius));
-        else if (s.kind != JSL_SHAPE_PLANE) s.radius += radius;
+        if (s.kind == JSL_SHAPE_BOX)
+            s.half = jsl_add(s.half, jsl_v3(radius, radius, radius));
+        else if (s.kind != JSL_SHAPE_PLANE)
+            s.radius += radius;
     }
     return s;
 }
@@ -69,8 +72,8 @@ static jsl_real parabola_root(jsl_real d0, jsl_real b, jsl_real d1) {
     return jsl_clamp(s, 0, 1);
 }
 
-/* A box grown by a radius has round edges, its ray test has not: from the hit on the sharp one, advance by the true
- * distance until it is touched, or passed. */
+/* A box grown by a radius has round edges, its ray test has not: from the hit on the sharp one,
+ * advance by the true distance until it is touched, or passed. */
 static jsl_real meet_round(const jsl_shape_desc *box, jsl_real radius, jsl_vec3 from, jsl_vec3 to,
                            jsl_real s) {
     jsl_vec3 path = jsl_sub(to, from), n;
@@ -130,12 +133,12 @@ static void consider(const flight *f, int32_t index, jsl_real t, jsl_vec3 x, jsl
 }
 
 static jsl_aabb swept(jsl_vec3 a, jsl_vec3 b, jsl_real r) {
-    return (jsl_aabb){
-        {jsl_min(a.x, b.x) - r, jsl_min(a.y, b.y) - r, jsl_min(a.z, b.z) - r},
-        {jsl_max(a.x, b.x) + r, jsl_max(a.y, b.y) + r, jsl_max(a.z, b.z) + r}};
+    return (jsl_aabb){{jsl_min(a.x, b.x) - r, jsl_min(a.y, b.y) - r, jsl_min(a.z, b.z) - r},
+                      {jsl_max(a.x, b.x) + r, jsl_max(a.y, b.y) + r, jsl_max(a.z, b.z) + r}};
 }
 
-/* Every item that the grid has around the path, once each: a pair is looked at in the first cell that both cover. */
+/* Every item that the grid has around the path, once each: a pair is looked at in the first cell
+ * that both cover. */
 static void consider_grid(const flight *f, jsl_real t, jsl_vec3 x, jsl_vec3 v, jsl_vec3 x1,
                           contact *best) {
     const jsl_particle_grid *g = f->solids->grid;
@@ -198,8 +201,10 @@ static void settle(const flight *f, jsl_vec3 *x, jsl_vec3 *v) {
             const jsl_collider_item *item = &f->solids->set->item.at[f->rest[i]];
             jsl_vec3 n;
             jsl_real d = distance_at(f, item, f->h, *x, &n);
-            if (d < 0) *x = jsl_mul_add(*x, -d, n);
-            else if (d > slop(*x)) continue; /* it has left */
+            if (d < 0)
+                *x = jsl_mul_add(*x, -d, n);
+            else if (d > slop(*x))
+                continue; /* it has left */
             jsl_vec3 u = surface_velocity(item, f->begin + f->h, *x);
             jsl_vec3 rel = jsl_sub(*v, u);
             jsl_real vn = jsl_dot(rel, n);
@@ -213,7 +218,8 @@ static jsl_real touch(flight *f, contact c, jsl_real t, jsl_vec3 *x, jsl_vec3 *v
     jsl_real s = c.fraction * (f->h - t);
     jsl_vec3 n, y, w;
     jsl_real d = 0;
-    /* The ray is straight and the path is not: Newton on the true distance, which is convex here. */
+    /* The ray is straight and the path is not: Newton on the true distance, which is convex here.
+     */
     for (int i = 0;; i++) {
         jsl_particle_map m = jsl_particle_map_of(&f->law, (double)s);
         y = *x;
@@ -259,8 +265,10 @@ void jsl_particle_bounce(const jsl_particle_solids *solids, const jsl_particle_r
     bool kick_first = rules->law.integrator == JSL_PARTICLE_SEMI_IMPLICIT;
     bool kick_last = rules->law.integrator == JSL_PARTICLE_EXPLICIT;
     if (kick_first) v = v1;
-    if (kick_first || kick_last) f.law = (jsl_particle_law){.integrator = JSL_PARTICLE_EXPONENTIAL};
-    else f.law.integrator = JSL_PARTICLE_EXPONENTIAL;
+    if (kick_first || kick_last)
+        f.law = (jsl_particle_law){.integrator = JSL_PARTICLE_EXPONENTIAL};
+    else
+        f.law.integrator = JSL_PARTICLE_EXPONENTIAL;
     jsl_real t = 0;
     for (int i = 0; i < MAX_EVENTS && c.item >= 0; i++) {
         t = touch(&f, c, t, &x, &v);

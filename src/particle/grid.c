@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * A uniform grid over everything finite and solid, so that a particle looks only at what is around it. Floor 4.
+ * A uniform grid over everything finite and solid, so that a particle looks only at what is around
+ * it. Floor 4.
  *
- * Beside a bounding volume tree a grid wins here: one lookup rejects most particles, and it is the same work for
- * scattered rows as for neighbouring ones. The boxes already hold one step's motion.
+ * Beside a bounding volume tree a grid wins here: one lookup rejects most particles, and it is the
+ * same work for scattered rows as for neighbouring ones. The boxes already hold one step's motion.
  */
 #include "particle/room.h"
 
@@ -52,9 +53,12 @@ static jsl_real median_side(jsl_particle_grid *grid) {
                 side[j--] = t;
             }
         }
-        if (k <= j) hi = j;
-        else if (k >= i) lo = i;
-        else break;
+        if (k <= j)
+            hi = j;
+        else if (k >= i)
+            lo = i;
+        else
+            break;
     }
     return n ? side[k] : 0;
 }
@@ -66,10 +70,10 @@ static void choose_cells(jsl_particle_grid *grid) {
         jsl_aabb b = grid->box.at[i];
         if (!box_is_usable(b)) continue;
         if (!usable++) all = b;
-        all.lo = jsl_v3(jsl_min(all.lo.x, b.lo.x), jsl_min(all.lo.y, b.lo.y),
-                        jsl_min(all.lo.z, b.lo.z));
-        all.hi = jsl_v3(jsl_max(all.hi.x, b.hi.x), jsl_max(all.hi.y, b.hi.y),
-                        jsl_max(all.hi.z, b.hi.z));
+        all.lo =
+            jsl_v3(jsl_min(all.lo.x, b.lo.x), jsl_min(all.lo.y, b.lo.y), jsl_min(all.lo.z, b.lo.z));
+        all.hi =
+            jsl_v3(jsl_max(all.hi.x, b.hi.x), jsl_max(all.hi.y, b.hi.y), jsl_max(all.hi.z, b.hi.z));
     }
     grid->n[0] = grid->n[1] = grid->n[2] = 0;
     if (!usable) return;

@@ -7,9 +7,9 @@
  */
 #include "particle/room.h"
 
-/* phi[0] = e^-z, phi[1] = (1 - phi[0])/z, phi[2] = (1 - phi[1])/z. The last has a Taylor series of falling alternating
- * terms for small z; larger z are halved first and doubled back, where phi1(2z) = phi1 - z phi1^2/2 and
- * phi2(2z) = phi2/2 + phi1^2/4 lose nothing to cancellation. */
+/* phi[0] = e^-z, phi[1] = (1 - phi[0])/z, phi[2] = (1 - phi[1])/z. The last has a Taylor series of
+ * falling alternating terms for small z; larger z are halved first and doubled back, where phi1(2z)
+ * = phi1 - z phi1^2/2 and phi2(2z) = phi2/2 + phi1^2/4 lose nothing to cancellation. */
 void jsl_particle_phi(double z, double phi[3]) {
     int halvings = 0;
     for (; z > 0.5; z *= 0.5) halvings++;

@@ -18,7 +18,8 @@ typedef struct jsl_particle_hits {
 /* Moves the rows of a tile through one step; returns PARTICLE_* flags. */
 JSL_KERNEL_DECLARE(uint32_t, jsl_particle_move, (const jsl_particle_tile *tile));
 
-/* Moves rows put aside through one sub-step with collisions and writes them to their places, first + row. */
+/* Moves rows put aside through one sub-step with collisions and writes them to their places, first
+ * + row. */
 uint32_t jsl_particle_redo(const jsl_particle_tile *tile, int64_t first,
                            const jsl_particle_hits *hits, int count, jsl_real begin);
 

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT
- * The fused pass over the rows of one emitter: find who touches something, move, respond, age, judge. Floor 4.
+ * The fused pass over the rows of one emitter: find who touches something, move, respond, age,
+ * judge. Floor 4.
  *
- * Plain loops over chunks that stay in the first-level cache, whatever the number of sub-steps; the compiler vectorises them for each
- * ISA level, and since every loop is elementwise all levels give the same bits. Rows that touch something are rare:
- * their old state is put aside and they are redone one by one after the loop.
+ * Plain loops over chunks that stay in the first-level cache, whatever the number of sub-steps; the
+ * compiler vectorises them for each ISA level, and since every loop is elementwise all levels give
+ * the same bits. Rows that touch something are rare: their old state is put aside and they are
+ * redone one by one after the loop.
  */
-#include "particle/move.h"
 #include "math/wide.h"
+#include "particle/move.h"
 
 typedef struct chunk {
     int n;

@@ -12,7 +12,8 @@
 #define PARTICLE_BLOCK 4096
 #define PARTICLE_CHUNK 256
 
-/* -- Motion without collisions (law.c) ------------------------------------------------------------------ */
+/* -- Motion without collisions (law.c)
+ * ------------------------------------------------------------------ */
 
 /* v' = a - k v, x' = v with a = (1 - buoyancy) g + k w. */
 typedef struct jsl_particle_law {
@@ -41,10 +42,12 @@ static inline void jsl_particle_apply(const jsl_particle_map *m, jsl_vec3 *x, js
     v->z = m->keep * v->z + m->dv.z;
 }
 
-/* -- Everything solid as particles see it (grid.c) -------------------------------------------------------- */
+/* -- Everything solid as particles see it (grid.c)
+ * -------------------------------------------------------- */
 
-/* A uniform grid over the boxes of all finite colliders, with two empty layers of cells around it, so that a position outside falls into
- * an empty cell after clamping. near[c]: cell c or a neighbour of it holds something. */
+/* A uniform grid over the boxes of all finite colliders, with two empty layers of cells around it,
+ * so that a position outside falls into an empty cell after clamping. near[c]: cell c or a
+ * neighbour of it holds something. */
 typedef struct jsl_particle_grid {
     jsl_vec3 origin;
     jsl_real cell, inv_cell;
@@ -67,7 +70,8 @@ static inline int32_t jsl_particle_grid_axis(jsl_real x, jsl_real origin, jsl_re
     return (int32_t)f;
 }
 
-/* -- What one emitter's particles obey during this step ------------------------------------------------------ */
+/* -- What one emitter's particles obey during this step
+ * ------------------------------------------------------ */
 
 typedef struct jsl_particle_rules {
     jsl_entity emitter;
@@ -77,8 +81,8 @@ typedef struct jsl_particle_rules {
     uint32_t category, mask;
     bool ghost, bounded;
     jsl_aabb bounds;
-    int32_t row;        /* of the emitter's table */
-    uint32_t table;
+    int32_t plane_first, planes; /* those it may meet, in the room's list */
+    int64_t alive;
 } jsl_particle_rules;
 
 static inline bool jsl_particle_meets(const jsl_particle_rules *rules,
@@ -86,24 +90,27 @@ static inline bool jsl_particle_meets(const jsl_particle_rules *rules,
     return (item->category & rules->mask) && (rules->category & item->mask);
 }
 
-/* -- Collisions of one particle (bounce.c) -------------------------------------------------------------------- */
+/* -- Collisions of one particle (bounce.c)
+ * -------------------------------------------------------------------- */
 
 typedef struct jsl_particle_solids {
     const jsl_collider_set *set; /* null: nothing is solid */
     const jsl_particle_grid *grid;
 } jsl_particle_solids;
 
-/* Moves a particle of the given radius from the state at `begin` seconds after the start of the step (when
- * colliders have the poses of the set) over h seconds, of which `map` is the step without collisions. */
+/* Moves a particle of the given radius from the state at `begin` seconds after the start of the
+ * step (when colliders have the poses of the set) over h seconds, of which `map` is the step
+ * without collisions. */
 void jsl_particle_bounce(const jsl_particle_solids *solids, const jsl_particle_rules *rules,
                          const jsl_particle_map *map, jsl_real radius, jsl_real begin, jsl_real h,
                          jsl_vec3 *position, jsl_vec3 *velocity);
 
-/* -- Kernels (move_kernel.c) ------------------------------------------------------------------------------------ */
+/* -- Kernels (move_kernel.c)
+ * ------------------------------------------------------------------------------------ */
 
-#define PARTICLE_DIED 1u     /* some row's age has reached its life */
-#define PARTICLE_OUTSIDE 2u  /* some row left its bounds */
-#define PARTICLE_BAD 4u      /* some row is not finite */
+#define PARTICLE_DIED 1u    /* some row's age has reached its life */
+#define PARTICLE_OUTSIDE 2u /* some row left its bounds */
+#define PARTICLE_BAD 4u     /* some row is not finite */
 
 /* A plane n.x = offset + rate t whose back is solid; t since the start of the step. */
 typedef struct jsl_particle_plane {
@@ -123,10 +130,13 @@ typedef struct jsl_particle_tile {
     const jsl_particle_rules *rules;
     const jsl_particle_plane *plane; /* those it may meet */
     int planes;
-    const jsl_particle_solids *solids; /* null: planes only, or nothing */
+    const jsl_particle_grid *grid; /* null: nothing finite is solid */
+    const jsl_particle_solids *solids;
 } jsl_particle_tile;
 
-/* -- The room ------------------------------------------------------------------------------------------------------ */
+/* -- The room
+ * ------------------------------------------------------------------------------------------------------
+ */
 
 /* Consecutive rows of one emitter that all can, or all cannot, die of age. */
 typedef struct jsl_particle_run {
@@ -137,7 +147,6 @@ typedef struct jsl_particle_run {
 } jsl_particle_run;
 
 typedef struct jsl_particle_table {
-    uint32_t table;
     uint64_t revision; /* of the table when the runs were found */
     int64_t rows;
     JSL_ARRAY(jsl_particle_run) run;
@@ -153,22 +162,22 @@ struct jsl_particle_room {
     jsl_particle_solids solids;
     JSL_ARRAY(jsl_particle_rules) rules; /* of every emitter, by entity id */
     JSL_ARRAY(jsl_particle_plane) plane;
-    JSL_ARRAY(jsl_particle_table) table;
+    JSL_ARRAY(jsl_particle_table) table; /* indexed by the ECS's number of the table */
     JSL_ARRAY(uint8_t) dead;
     JSL_ARRAY(double) birth; /* times of birth within the step */
-    bool ready;              /* rules, planes and runs are of this step */
 };
 
 /* Terms of the two queries. */
 enum { TERM_POSITION, TERM_VELOCITY, TERM_PARTICLE };
 enum { EMITTER_SELF, EMITTER_POSITION, EMITTER_ORIENTATION, EMITTER_VELOCITY };
 
-/* Works out rules, planes and runs of this step (prepare.c). */
+/* Works out the rules of every emitter, and the runs of every table, for this step (prepare.c). */
 jsl_result jsl_particle_prepare(jsl_particle_room *room, const jsl_step_context *context);
-/* The runs of a table brought up to date; null when memory is out. */
-jsl_particle_table *jsl_particle_runs(jsl_particle_room *room, const jsl_rows *rows);
-/* Index of an emitter's rules, or -1. */
-int32_t jsl_particle_rules_find(const jsl_particle_room *room, jsl_entity emitter);
+/* Notes that rows [begin, begin + count) of one emitter were appended to a table. */
+jsl_result jsl_particle_runs_append(jsl_particle_room *room, const jsl_rows *rows, int32_t rules,
+                                    bool mortal);
+/* Notes that the rows with dead[row] != 0 have left. */
+void jsl_particle_runs_remove(jsl_particle_room *room, uint32_t table, const uint8_t *dead);
 
 /* Systems. */
 jsl_result jsl_particle_index_system(const jsl_step_context *context, void *user);
