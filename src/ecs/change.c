@@ -9,7 +9,7 @@ static uint64_t mask_after(uint64_t mask, uint64_t add, uint64_t remove) {
     return (mask | add) & ~remove;
 }
 
-/* -- One entity -------------------------------------------------------------------------------------------- */
+/* -- One entity --------------------------------------------------------------- */
 
 jsl_result jsl_entity_change(jsl_ecs *ecs, jsl_slot *slot, uint64_t mask, bool sweep_later) {
     jsl_table *src = jsl_table_at(ecs, slot->table), *dst;
@@ -50,7 +50,7 @@ jsl_result jsl_entity_remove(jsl_ecs *ecs, jsl_entity entity, const jsl_componen
     return change_one(ecs, entity, set, set_count, false);
 }
 
-/* -- Many entities ------------------------------------------------------------------------------------------- */
+/* -- Many entities ------------------------------------------------------------ */
 
 static void unmark(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
     for (int64_t i = 0; i < count; i++) {
@@ -166,7 +166,7 @@ jsl_result jsl_entity_remove_n(jsl_ecs *ecs, const jsl_entity *entity, int64_t c
     return change_n(ecs, entity, count, set, set_count, false);
 }
 
-/* -- Whole tables ---------------------------------------------------------------------------------------------- */
+/* -- Whole tables ------------------------------------------------------------- */
 
 static jsl_result change_where(jsl_ecs *ecs, jsl_query query, const jsl_component *set,
                                int set_count, bool add, int64_t *moved) {
@@ -187,7 +187,8 @@ static jsl_result change_where(jsl_ecs *ecs, jsl_query query, const jsl_componen
     }
     jsl_result r = reserve_targets(ecs, on, off);
     int64_t n = 0;
-    /* Tables in the order of the query: where several flow into one, its rows come in that order. */
+    /* Tables in the order of the query: where several flow into one, its rows come in that order.
+     */
     for (int64_t i = 0; r == JSL_OK && i < plan->match.count; i++) {
         jsl_table *t = plan->match.at[i].table;
         if (!t->touched || t->leaving == 0) continue;

@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: MIT
- * Command buffers: what systems want changed, recorded per worker and applied in an order that no worker count can
- * alter. Floor 2.
+ * Command buffers: what systems want changed, recorded per worker and applied in an order that no
+ * worker count can alter. Floor 2.
  */
 #include "ecs/store.h"
 
 enum { CREATE, DESTROY, ADD, REMOVE };
 
-/* A command in words of 8 bytes: kind | set_count << 8 | value bytes << 32; mask; entity; then for a creation with
- * values the component indices (one byte each) and the values, each padded to whole words. */
+/* A command in words of 8 bytes: kind | set_count << 8 | value bytes << 32; mask; entity; then for
+ * a creation with values the component indices (one byte each) and the values, each padded to whole
+ * words. */
 #define HEAD_WORDS 3
 
 static int64_t words(int64_t bytes) { return (bytes + 7) / 8; }
 
-/* -- Recording ---------------------------------------------------------------------------------------------- */
+/* -- Recording ---------------------------------------------------------------- */
 
 void jsl_commands_begin(jsl_command_buffer *buffer, int system, int64_t block) {
     buffer->system = system;
@@ -20,7 +21,8 @@ void jsl_commands_begin(jsl_command_buffer *buffer, int system, int64_t block) {
     buffer->open = false;
 }
 
-/* jsl_memory and the logger are not made for several threads. Only growth and failure pass here, so a spin lock does. */
+/* jsl_memory and the logger are not made for several threads. Only growth and failure pass here, so
+ * a spin lock does. */
 static void lock(jsl_ecs *ecs) {
     while (atomic_flag_test_and_set_explicit(&ecs->growing, memory_order_acquire)) {}
 }
@@ -28,11 +30,11 @@ static void unlock(jsl_ecs *ecs) {
     atomic_flag_clear_explicit(&ecs->growing, memory_order_release);
 }
 
-/* Room for one command of n words, and a segment for it to lie in. Null when memory is out: nothing was recorded. */
+/* Room for one command of n words, and a segment for it to lie in. Null when memory is out: nothing
+ * was recorded. */
 static uint64_t *room(jsl_command_buffer *b, int64_t n) {
     jsl_memory *memory = &b->ecs->memory;
-    bool fits = b->word.count + n <= b->word.cap &&
-                (b->open || b->segment.count < b->segment.cap);
+    bool fits = b->word.count + n <= b->word.cap && (b->open || b->segment.count < b->segment.cap);
     if (!fits) {
         lock(b->ecs);
         jsl_result r = jsl_array_reserve(memory, &b->word, b->word.count + n);
@@ -131,7 +133,7 @@ jsl_result jsl_defer_create(const jsl_step_context *context, const jsl_component
     return JSL_OK;
 }
 
-/* -- Applying ------------------------------------------------------------------------------------------------- */
+/* -- Applying ----------------------------------------------------------------- */
 
 static jsl_result apply_create(jsl_ecs *ecs, const uint64_t *at) {
     int set_count = (int)(at[0] >> 8 & 0xff);
@@ -180,7 +182,8 @@ static bool before(const jsl_segment *a, const jsl_segment *b) {
     return a->system != b->system ? a->system < b->system : a->block < b->block;
 }
 
-/* Workers claim blocks in rising order, so this finds them sorted, unless a host's tasks did otherwise. */
+/* Workers claim blocks in rising order, so this finds them sorted, unless a host's tasks did
+ * otherwise. */
 static void sort_segments(jsl_command_buffer *b) {
     for (int64_t i = 1; i < b->segment.count; i++) {
         jsl_segment s = b->segment.at[i];

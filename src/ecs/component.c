@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Registering component types: what a field is called, what it holds, and whether it is state. Floor 2.
+ * Registering component types: what a field is called, what it holds, and whether it is state.
+ * Floor 2.
  */
 #include "ecs/store.h"
 

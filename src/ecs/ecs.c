@@ -22,6 +22,7 @@ jsl_result jsl_ecs_create(const jsl_ecs_desc *desc, jsl_ecs **out) {
                         sizeof *ecs);
     ecs->memory = memory;
     ecs->logger = desc->logger;
+    ecs->isa = jsl_isa_resolve(JSL_ISA_AUTO);
     ecs->tag = (desc->tag ? desc->tag : tag_of_address(ecs)) << JSL_TAG_SHIFT;
     atomic_flag_clear(&ecs->growing);
     *out = ecs;
@@ -40,6 +41,7 @@ void jsl_ecs_destroy(jsl_ecs *ecs) {
     jsl_free(memory, ecs->slots.ring, (size_t)ecs->slots.cap * sizeof(uint32_t));
     jsl_map_free(memory, &ecs->table_of_mask);
     jsl_array_free(memory, &ecs->table);
+    jsl_array_free(memory, &ecs->by_mask);
     jsl_array_free(memory, &ecs->dead);
     jsl_memory last = *memory; /* the accounts lie inside what is freed */
     jsl_free(&last, ecs, sizeof *ecs);
@@ -76,18 +78,24 @@ const char *jsl_warning_text(jsl_warning warning) {
 }
 
 int jsl_type_size(jsl_type type) {
-    static const uint8_t size[JSL_TYPE_COUNT] = {
-        [JSL_TYPE_REAL] = sizeof(jsl_real), [JSL_TYPE_F32] = 4, [JSL_TYPE_F64] = 8,
-        [JSL_TYPE_I8] = 1,                  [JSL_TYPE_U8] = 1,  [JSL_TYPE_I16] = 2,
-        [JSL_TYPE_U16] = 2,                 [JSL_TYPE_I32] = 4, [JSL_TYPE_U32] = 4,
-        [JSL_TYPE_I64] = 8,                 [JSL_TYPE_U64] = 8, [JSL_TYPE_ENTITY] = 8};
+    static const uint8_t size[JSL_TYPE_COUNT] = {[JSL_TYPE_REAL] = sizeof(jsl_real),
+                                                 [JSL_TYPE_F32] = 4,
+                                                 [JSL_TYPE_F64] = 8,
+                                                 [JSL_TYPE_I8] = 1,
+                                                 [JSL_TYPE_U8] = 1,
+                                                 [JSL_TYPE_I16] = 2,
+                                                 [JSL_TYPE_U16] = 2,
+                                                 [JSL_TYPE_I32] = 4,
+                                                 [JSL_TYPE_U32] = 4,
+                                                 [JSL_TYPE_I64] = 8,
+                                                 [JSL_TYPE_U64] = 8,
+                                                 [JSL_TYPE_ENTITY] = 8};
     return (unsigned)type < JSL_TYPE_COUNT ? size[type] : 0;
 }
 
 void jsl_warn(const jsl_step_context *context, jsl_warning warning, int64_t count,
               jsl_entity offender) {
-    if (!context || !context->warnings || (unsigned)warning >= JSL_WARN_COUNT || count <= 0)
-        return;
+    if (!context || !context->warnings || (unsigned)warning >= JSL_WARN_COUNT || count <= 0) return;
     jsl_warnings *w = context->warnings;
     w->count[warning] += count;
     jsl_entity first = w->first[warning];

@@ -3,9 +3,10 @@
  */
 #include "ecs/store.h"
 
-/* -- Creating -------------------------------------------------------------------------------------------- */
+/* -- Creating ----------------------------------------------------------------- */
 
-/* The new rows as the caller wants to fill them: one term for each component of the set, in its order. */
+/* The new rows as the caller wants to fill them: one term for each component of the set, in its
+ * order. */
 static jsl_result check_view(const jsl_ecs *ecs, const jsl_component *set, int set_count) {
     int columns = 0;
     if (set_count > JSL_MAX_TERMS)
@@ -81,7 +82,7 @@ jsl_result jsl_entity_reserve(jsl_ecs *ecs, const jsl_component *set, int set_co
     return reserve_set(ecs, mask, count, &table);
 }
 
-/* -- Destroying ------------------------------------------------------------------------------------------ */
+/* -- Destroying --------------------------------------------------------------- */
 
 jsl_result jsl_entity_destroy(jsl_ecs *ecs, jsl_entity entity) {
     if (!ecs) return JSL_ERR_ARGUMENT;
@@ -95,8 +96,8 @@ jsl_result jsl_entity_destroy(jsl_ecs *ecs, jsl_entity entity) {
     return JSL_OK;
 }
 
-/* Marks the slots of all handles, so that a repeated one is seen, and counts what leaves each table. Unmarks
- * everything on failure. */
+/* Marks the slots of all handles, so that a repeated one is seen, and counts what leaves each
+ * table. Unmarks everything on failure. */
 static jsl_result mark_all(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
     uint32_t last = JSL_NO_TABLE;
     int64_t run = 0, i = 0;
@@ -165,8 +166,7 @@ jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn 
     for (int64_t i = 0; i < plan->match.count; i++)
         bytes += jsl_round_up(plan->match.at[i].table->count, JSL_ALIGN);
     if (bytes && jsl_array_reserve(&ecs->memory, &ecs->dead, bytes) != JSL_OK)
-        return jsl_fail(&ecs->logger, JSL_ERR_MEMORY, "no memory for %lld marks",
-                        (long long)bytes);
+        return jsl_fail(&ecs->logger, JSL_ERR_MEMORY, "no memory for %lld marks", (long long)bytes);
     uint8_t *dead = ecs->dead.at;
     if (bytes) memset(dead, 0, (size_t)bytes);
     ecs->busy = true; /* the callback only looks; everything dies after the last call */
@@ -190,7 +190,7 @@ jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn 
     return JSL_OK;
 }
 
-/* -- One entity -------------------------------------------------------------------------------------------- */
+/* -- One entity --------------------------------------------------------------- */
 
 void *jsl_entity_field(jsl_ecs *ecs, jsl_entity entity, jsl_component component, int field) {
     const jsl_slot *slot = ecs ? jsl_slot_of(ecs, entity) : NULL;

@@ -3,7 +3,7 @@
  */
 #include "ecs/store.h"
 
-/* -- Making -------------------------------------------------------------------------------------------- */
+/* -- Making ------------------------------------------------------------------- */
 
 static jsl_result plan_terms(const jsl_ecs *ecs, const jsl_query_desc *desc, jsl_query_plan *plan) {
     uint64_t seen = 0;
@@ -67,8 +67,8 @@ static jsl_result gather_matches(jsl_ecs *ecs, jsl_query_plan *plan) {
         n += jsl_query_matches(plan, ecs->table.at[i]->mask);
     if (n) JSL_TRY(jsl_array_reserve(&ecs->memory, &plan->match, n));
     for (int64_t i = 0; i < ecs->table.count; i++)
-        if (jsl_query_matches(plan, ecs->table.at[i]->mask))
-            insert_match(plan, ecs->table.at[i]);
+        if (jsl_query_matches(plan, ecs->by_mask.at[i]->mask))
+            insert_match(plan, ecs->by_mask.at[i]);
     return JSL_OK;
 }
 
@@ -120,7 +120,7 @@ void jsl_queries_free(jsl_ecs *ecs) {
     jsl_array_free(&ecs->memory, &ecs->query);
 }
 
-/* -- Reading --------------------------------------------------------------------------------------------- */
+/* -- Reading ------------------------------------------------------------------ */
 
 jsl_query_plan *jsl_query_at(const jsl_ecs *ecs, jsl_query query) {
     if (!ecs || query.id == 0 || query.id > (uint64_t)ecs->query.count) return NULL;

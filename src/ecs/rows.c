@@ -3,8 +3,8 @@
  */
 #include "ecs/store.h"
 
-/* Rows moved at a time: their indices stay in the first-level cache and on the stack, so that removal allocates
- * nothing and cannot fail. */
+/* Rows moved at a time: their indices stay in the first-level cache and on the stack, so that
+ * removal allocates nothing and cannot fail. */
 #define BATCH 1024
 
 /* Values of one width; the casts are to types of the same size that may alias any other. */
@@ -23,16 +23,23 @@ typedef uint64_t value64 __attribute__((may_alias));
             for (int64_t i = 0; i < n; i++) d[base + i] = s[from[i]];                              \
     } while (0)
 
-/* dst[to[i]] = src[from[i]], or dst[base + i] when to is null. Goes up, so that dst may be src when no target lies
- * above its source. */
+/* dst[to[i]] = src[from[i]], or dst[base + i] when to is null. Goes up, so that dst may be src when
+ * no target lies above its source. */
 static void move_values(unsigned char *dst, const uint32_t *to, int64_t base,
-                        const unsigned char *src, const uint32_t *from, int64_t n,
-                        uint32_t bytes) {
+                        const unsigned char *src, const uint32_t *from, int64_t n, uint32_t bytes) {
     switch (bytes) {
-    case 1: MOVE_LOOP(value8); break;
-    case 2: MOVE_LOOP(value16); break;
-    case 4: MOVE_LOOP(value32); break;
-    default: MOVE_LOOP(value64); break;
+    case 1:
+        MOVE_LOOP(value8);
+        break;
+    case 2:
+        MOVE_LOOP(value16);
+        break;
+    case 4:
+        MOVE_LOOP(value32);
+        break;
+    default:
+        MOVE_LOOP(value64);
+        break;
     }
 }
 
@@ -52,14 +59,22 @@ static void point_slots(jsl_ecs *ecs, const jsl_table *table, int64_t begin, int
     }
 }
 
-/* -- One row ------------------------------------------------------------------------------------------ */
+/* -- One row ------------------------------------------------------------------ */
 
 static void copy_value(unsigned char *dst, const unsigned char *src, uint32_t bytes) {
     switch (bytes) { /* constant sizes become single moves */
-    case 1: memcpy(dst, src, 1); break;
-    case 2: memcpy(dst, src, 2); break;
-    case 4: memcpy(dst, src, 4); break;
-    default: memcpy(dst, src, 8); break;
+    case 1:
+        memcpy(dst, src, 1);
+        break;
+    case 2:
+        memcpy(dst, src, 2);
+        break;
+    case 4:
+        memcpy(dst, src, 4);
+        break;
+    default:
+        memcpy(dst, src, 8);
+        break;
     }
 }
 
@@ -86,7 +101,7 @@ void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
     jsl_table_set_count(ecs, table, last);
 }
 
-/* -- Many rows ------------------------------------------------------------------------------------------ */
+/* -- Many rows ---------------------------------------------------------------- */
 
 static void close_in_order(jsl_ecs *ecs, jsl_table *table) {
     uint32_t from[BATCH];
@@ -208,7 +223,7 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
     point_slots(ecs, dst, to, n);
 }
 
-/* -- Another order ---------------------------------------------------------------------------------------- */
+/* -- Another order ------------------------------------------------------------ */
 
 typedef struct reorder_job {
     jsl_ecs *ecs;
@@ -226,8 +241,8 @@ static void reorder_block(void *arg, int64_t begin, int64_t end, int64_t block, 
     for (int64_t unit = begin; unit < end; unit++) {
         int64_t column = unit / job->blocks - 1;
         int64_t row = unit % job->blocks * job->rows_per_block;
-        int64_t n = table->count - row < job->rows_per_block ? table->count - row
-                                                              : job->rows_per_block;
+        int64_t n =
+            table->count - row < job->rows_per_block ? table->count - row : job->rows_per_block;
         if (column < 0) {
             jsl_entity *to = (jsl_entity *)(void *)job->spare + row;
             for (int64_t i = 0; i < n; i++) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Running a stage: its systems one after the other, each over fixed blocks of rows on all workers. Floor 2.
+ * Running a stage: its systems one after the other, each over fixed blocks of rows on all workers.
+ * Floor 2.
  */
 #include "ecs/store.h"
 
@@ -9,8 +10,7 @@ static jsl_result reserve_workers(jsl_ecs *ecs, int count) {
     size_t old = (size_t)ecs->worker_count * sizeof(jsl_worker);
     size_t size = (size_t)count * sizeof(jsl_worker);
     jsl_worker *worker = jsl_alloc_zero(&ecs->memory, size);
-    if (!worker)
-        return jsl_fail(&ecs->logger, JSL_ERR_MEMORY, "no memory for %d workers", count);
+    if (!worker) return jsl_fail(&ecs->logger, JSL_ERR_MEMORY, "no memory for %d workers", count);
     if (old) memcpy(worker, ecs->worker, old);
     jsl_free(&ecs->memory, ecs->worker, old);
     ecs->worker = worker;
@@ -33,7 +33,7 @@ static void prepare_workers(jsl_ecs *ecs, const jsl_step_context *base, int work
     }
 }
 
-/* -- Row systems -------------------------------------------------------------------------------------------- */
+/* -- Row systems -------------------------------------------------------------- */
 
 typedef struct rows_job {
     jsl_ecs *ecs;
@@ -75,8 +75,8 @@ static void run_blocks(void *arg, int64_t begin, int64_t end, int64_t unused, in
     }
 }
 
-/* Numbers the blocks over all tables of the query in their order. An empty table gets none: it shares its number
- * with the table after it, and find_match takes the last of equals. */
+/* Numbers the blocks over all tables of the query in their order. An empty table gets none: it
+ * shares its number with the table after it, and find_match takes the last of equals. */
 static int64_t number_blocks(jsl_query_plan *plan, int64_t block_rows) {
     int64_t blocks = 0;
     for (int64_t i = 0; i < plan->match.count; i++) {
@@ -94,7 +94,7 @@ static void run_rows(jsl_ecs *ecs, jsl_system *system, int index, const jsl_step
     for (int w = 0; w < workers; w++) {
         jsl_worker *worker = &ecs->worker[w];
         worker->match = 0;
-        worker->context.exec = NULL; /* not reentrant, not for several threads, of whole systems only */
+        worker->context.exec = NULL; /* these three are for whole systems only */
         worker->context.memory = NULL;
         worker->context.arena = NULL;
     }
@@ -104,7 +104,7 @@ static void run_rows(jsl_ecs *ecs, jsl_system *system, int index, const jsl_step
     system->calls += (uint64_t)blocks;
 }
 
-/* -- Stages --------------------------------------------------------------------------------------------------- */
+/* -- Stages ------------------------------------------------------------------- */
 
 static uint64_t declared_bytes(const jsl_ecs *ecs, const jsl_system *system) {
     const jsl_query_plan *plan = ecs->query.at[system->query];

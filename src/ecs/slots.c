@@ -4,10 +4,13 @@
 #include "ecs/store.h"
 
 jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more) {
+    int64_t fresh = more - ecs->slots.free_count;
+    return fresh > 0 ? jsl_slots_reserve_total(ecs, ecs->slots.count + fresh) : JSL_OK;
+}
+
+jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need) {
     jsl_slots *s = &ecs->slots;
-    int64_t fresh = more - s->free_count;
-    if (fresh <= 0 || s->count + fresh <= s->cap) return JSL_OK;
-    int64_t need = s->count + fresh;
+    if (need <= s->cap) return JSL_OK;
     if (need > JSL_MAX_SLOTS)
         return jsl_fail(&ecs->logger, JSL_ERR_LIMIT, "%lld slots exceed the limit of %lld",
                         (long long)need, JSL_MAX_SLOTS);
@@ -76,10 +79,10 @@ void jsl_slot_give(jsl_ecs *ecs, uint32_t index) {
 
 jsl_result jsl_bad_entity(const jsl_ecs *ecs, jsl_entity e, const char *caller) {
     uint32_t generation = e.generation & JSL_GENERATION_MAX;
-    const char *why = jsl_entity_is_null(e)                                  ? "null"
-                      : (e.generation & ~JSL_GENERATION_MAX) != ecs->tag     ? "of another ECS"
-                      : e.index > (uint64_t)ecs->slots.count                 ? "forged"
-                                                                             : "stale";
+    const char *why = jsl_entity_is_null(e)                              ? "null"
+                      : (e.generation & ~JSL_GENERATION_MAX) != ecs->tag ? "of another ECS"
+                      : e.index > (uint64_t)ecs->slots.count             ? "forged"
+                                                                         : "stale";
     return jsl_fail(&ecs->logger, JSL_ERR_HANDLE, "%s: entity %u:%u is %s", caller, e.index,
                     generation, why);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * How the ECS is laid out inside: slots, columns, tables, queries, systems. Private to this room. Floor 2.
+ * How the ECS is laid out inside: slots, columns, tables, queries, systems. Private to this room.
+ * Floor 2.
  */
 #ifndef JSL_ECS_STORE_H
 #define JSL_ECS_STORE_H
@@ -21,14 +22,15 @@
 #define JSL_NO_COLUMN 0xffffu
 #define JSL_NAME_MAX 31
 
-/* -- Slots ------------------------------------------------------------------------------------------ */
+/* -- Slots -------------------------------------------------------------------- */
 
 typedef struct jsl_slot {
     uint32_t table, row;
     uint32_t generation; /* tag << 20 | generation of the live entity, or of the next one */
 } jsl_slot;
 
-/* Free slots wait in a ring, so that taking and giving back a thousand is a copy and not a chase. */
+/* Free slots wait in a ring, so that taking and giving back a thousand is a copy and not a chase.
+ */
 typedef struct jsl_slots {
     jsl_slot *at;
     uint32_t *ring; /* as many entries as slots have room */
@@ -37,7 +39,7 @@ typedef struct jsl_slots {
     int64_t live;
 } jsl_slots;
 
-/* -- Components ------------------------------------------------------------------------------------- */
+/* -- Components --------------------------------------------------------------- */
 
 typedef struct jsl_component_type {
     jsl_component_desc desc; /* strings and fields lie in block */
@@ -47,7 +49,7 @@ typedef struct jsl_component_type {
     int row_bytes;
 } jsl_component_type;
 
-/* -- Tables ----------------------------------------------------------------------------------------- */
+/* -- Tables ------------------------------------------------------------------- */
 
 typedef struct jsl_column {
     unsigned char *at;
@@ -69,10 +71,10 @@ typedef struct jsl_table {
     bool keeps_order;
     /* Meaningful only inside one public call: */
     bool touched;
-    bool dense;        /* so many rows leave that one sweep is cheaper than swaps */
-    int64_t leaving;   /* rows that will go */
-    int64_t arriving;  /* rows that will come */
-    int64_t holes;     /* rows whose handle is null: they wait for jsl_table_close */
+    bool dense;       /* so many rows leave that one sweep is cheaper than swaps */
+    int64_t leaving;  /* rows that will go */
+    int64_t arriving; /* rows that will come */
+    int64_t holes;    /* rows whose handle is null: they wait for jsl_table_close */
     int64_t hole_first;
     struct jsl_table *target;
     struct jsl_table *next_touched;
@@ -80,7 +82,7 @@ typedef struct jsl_table {
     jsl_column column[];
 } jsl_table;
 
-/* -- Queries ---------------------------------------------------------------------------------------- */
+/* -- Queries ------------------------------------------------------------------ */
 
 typedef struct jsl_match {
     jsl_table *table;
@@ -98,7 +100,7 @@ typedef struct jsl_query_plan {
     jsl_query_desc desc;
 } jsl_query_plan;
 
-/* -- Commands --------------------------------------------------------------------------------------- */
+/* -- Commands ----------------------------------------------------------------- */
 
 /* What one system deferred in one block: words [begin, end) of the buffer that recorded it. */
 typedef struct jsl_segment {
@@ -112,11 +114,11 @@ typedef struct jsl_command_buffer {
     JSL_ARRAY(jsl_segment) segment;
     int64_t block; /* that is running */
     int32_t system;
-    bool open; /* the last segment belongs to this system and block */
+    bool open;    /* the last segment belongs to this system and block */
     int64_t next; /* segment to apply */
 } jsl_command_buffer;
 
-/* -- Systems ---------------------------------------------------------------------------------------- */
+/* -- Systems ------------------------------------------------------------------ */
 
 #define JSL_SYSTEM_NAME_MAX 63
 
@@ -144,14 +146,15 @@ typedef struct jsl_worker {
     char pad[64];  /* keeps two workers off one cache line */
 } jsl_worker;
 
-/* -- The whole -------------------------------------------------------------------------------------- */
+/* -- The whole ---------------------------------------------------------------- */
 
 struct jsl_ecs {
     jsl_memory memory;
     jsl_logger logger;
-    uint32_t tag;    /* already shifted */
-    bool busy;       /* rows are being visited: structural changes are refused */
-    bool in_stage;   /* the schedule runs */
+    uint32_t tag;        /* already shifted */
+    jsl_isa isa;         /* of the hash */
+    bool busy;           /* rows are being visited: structural changes are refused */
+    bool in_stage;       /* the schedule runs */
     atomic_flag growing; /* held by the worker that grows a command buffer or logs */
 
     int component_count;
@@ -159,7 +162,8 @@ struct jsl_ecs {
     uint8_t by_name[JSL_MAX_COMPONENTS]; /* components in the order of their names */
 
     jsl_slots slots;
-    JSL_ARRAY(jsl_table *) table;
+    JSL_ARRAY(jsl_table *) table;   /* by id */
+    JSL_ARRAY(jsl_table *) by_mask; /* in the order of their masks */
     jsl_map table_of_mask;
     jsl_table *bare; /* the table of the empty set: 0 is no key of a map */
     jsl_table *touched;
@@ -182,9 +186,11 @@ static inline bool jsl_role_is_saved(int role) { return role == JSL_STATE || rol
 bool jsl_component_same(const jsl_component_desc *a, const jsl_component_desc *b);
 
 /* slots.c */
+/* Room for `more` new entities, or for so many slots altogether. */
 jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more);
-/* Takes count slots for rows [row, row + count) of table, writes their handles to handle[] and out[] (may be
- * null). Room must have been reserved. */
+jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need);
+/* Takes count slots for rows [row, row + count) of table, writes their handles to handle[] and
+ * out[] (may be null). Room must have been reserved. */
 void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t count,
                     jsl_entity *handle, jsl_entity *out);
 void jsl_slot_give(jsl_ecs *ecs, uint32_t slot);
@@ -207,9 +213,7 @@ void jsl_table_set_count(jsl_ecs *ecs, jsl_table *table, int64_t count);
 void jsl_table_zero(jsl_table *table, int64_t from, int64_t to);
 /* Adds count rows, zeroed, without handles; room must have been reserved. Returns the first. */
 int64_t jsl_table_append(jsl_ecs *ecs, jsl_table *table, int64_t count);
-static inline jsl_table *jsl_table_at(const jsl_ecs *ecs, uint32_t id) {
-    return ecs->table.at[id];
-}
+static inline jsl_table *jsl_table_at(const jsl_ecs *ecs, uint32_t id) { return ecs->table.at[id]; }
 
 /* rows.c */
 /* Removes one row by the table's rule; its slot must have been given back or moved already. */
@@ -220,8 +224,8 @@ static inline void jsl_row_hole(jsl_table *table, int64_t row) {
     if (table->holes++ == 0 || row < table->hole_first) table->hole_first = row;
 }
 void jsl_table_close(jsl_ecs *ecs, jsl_table *table);
-/* Copies the rows from[0..n) (or begin.. when from is null) of src to rows [to, to + n) of dst, handles included,
- * zeroes what src lacks, and points the slots at their new place. */
+/* Copies the rows from[0..n) (or begin.. when from is null) of src to rows [to, to + n) of dst,
+ * handles included, zeroes what src lacks, and points the slots at their new place. */
 void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int64_t begin,
                    jsl_table *dst, int64_t to, int64_t n);
 
@@ -248,12 +252,14 @@ static inline bool jsl_query_matches(const jsl_query_plan *plan, uint64_t mask) 
 jsl_result jsl_queries_reserve(jsl_ecs *ecs, uint64_t mask);
 void jsl_queries_add(jsl_ecs *ecs, jsl_table *table);
 void jsl_queries_free(jsl_ecs *ecs);
-/* Columns of one component of one table as term `term`, starting at rows->column[at]. Returns the next place. */
+/* Columns of one component of one table as term `term`, starting at rows->column[at]. Returns the
+ * next place. */
 int jsl_view_component(const jsl_table *table, int component, int fields, int64_t row, int at,
                        jsl_rows *rows);
 
 /* change.c */
-/* Moves one entity to the table of mask. sweep_later: a table that keeps order gets a hole, for jsl_touched_close. */
+/* Moves one entity to the table of mask. sweep_later: a table that keeps order gets a hole, for
+ * jsl_touched_close. */
 jsl_result jsl_entity_change(jsl_ecs *ecs, jsl_slot *slot, uint64_t mask, bool sweep_later);
 static inline jsl_result jsl_refuse_busy(const jsl_ecs *ecs, const char *caller) {
     if (!ecs->busy) return JSL_OK;
@@ -271,9 +277,5 @@ void jsl_systems_free(jsl_ecs *ecs);
 static inline bool jsl_system_is_idle(const jsl_ecs *ecs, const jsl_system *system) {
     return !system->always && ecs->query.at[system->query]->nonempty == 0;
 }
-
-/* image.c */
-/* Checksum of an image, taken in pieces so that a writer can sum what it has just copied. */
-#define JSL_IMAGE_PIECE 65536
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Registering systems: a list sorted once, and refused when two of one order want the same component. Floor 2.
+ * Registering systems: a list sorted once, and refused when two of one order want the same
+ * component. Floor 2.
  */
 #include "ecs/store.h"
 

@@ -3,9 +3,10 @@
  */
 #include "ecs/store.h"
 
-/* -- Layout ----------------------------------------------------------------------------------------- */
+/* -- Layout ------------------------------------------------------------------- */
 
-/* True when no column starts within gap cache lines of `line`, in a ring of the 64 lines of 4096 bytes. */
+/* True when no column starts within gap cache lines of `line`, in a ring of the 64 lines of 4096
+ * bytes. */
 static bool line_is_free(uint64_t used, int line, int gap) {
     uint64_t window = (2ull << (2 * gap - 2)) - 1;
     int shift = (line - gap + 1) & 63;
@@ -13,9 +14,10 @@ static bool line_is_free(uint64_t used, int line, int gap) {
     return (used & window) == 0;
 }
 
-/* Where a column of `bytes` may start at or after `end`. Columns that start at the same place modulo 4096 bytes would
- * fight for the same sets of the first-level cache, and loads of one would seem to wait for stores to
- * the other; so starts are kept apart, further for columns that outgrow a page. */
+/* Where a column of `bytes` may start at or after `end`. Columns that start at the same place
+ * modulo 4096 bytes would fight for the same sets of the first-level cache, and loads of one would
+ * seem to wait for stores to the other; so starts are kept apart, further for columns that outgrow
+ * a page. */
 static size_t column_start(size_t end, size_t bytes, uint64_t *used) {
     size_t line = (end + JSL_ALIGN - 1) / JSL_ALIGN;
     if (*used == UINT64_MAX) *used = 0;
@@ -109,7 +111,7 @@ int64_t jsl_table_append(jsl_ecs *ecs, jsl_table *table, int64_t count) {
     return row;
 }
 
-/* -- Finding and making ------------------------------------------------------------------------------ */
+/* -- Finding and making ------------------------------------------------------- */
 
 jsl_table *jsl_table_lookup(const jsl_ecs *ecs, uint64_t mask) {
     uint32_t id;
@@ -150,6 +152,7 @@ jsl_result jsl_table_find(jsl_ecs *ecs, uint64_t mask, jsl_table **out) {
     jsl_table *table = jsl_alloc_zero(&ecs->memory, table_bytes(columns));
     jsl_result r = table ? JSL_OK : JSL_ERR_MEMORY;
     if (r == JSL_OK) r = jsl_array_reserve(&ecs->memory, &ecs->table, ecs->table.count + 1);
+    if (r == JSL_OK) r = jsl_array_reserve(&ecs->memory, &ecs->by_mask, ecs->table.count + 1);
     if (r == JSL_OK) r = jsl_queries_reserve(ecs, mask);
     uint32_t id = (uint32_t)ecs->table.count;
     if (r == JSL_OK && mask) r = jsl_map_set(&ecs->memory, &ecs->table_of_mask, mask, id);
@@ -161,6 +164,10 @@ jsl_result jsl_table_find(jsl_ecs *ecs, uint64_t mask, jsl_table **out) {
     table->id = id;
     describe(ecs, table);
     ecs->table.at[ecs->table.count++] = table;
+    int64_t at = ecs->by_mask.count++;
+    for (; at > 0 && ecs->by_mask.at[at - 1]->mask > mask; at--)
+        ecs->by_mask.at[at] = ecs->by_mask.at[at - 1];
+    ecs->by_mask.at[at] = table;
     if (!mask) ecs->bare = table;
     jsl_queries_add(ecs, table);
     *out = table;

@@ -30,8 +30,7 @@ static uint64_t double_to_bits(double x) {
 
 static double power_of_two(int n) { return bits_to_double((uint64_t)(n + 1023) << 52); }
 
-/* -- sine and cosine ------------------------------------------------------------------------------
- */
+/* -- sine and cosine ------------------------------------------------------------------- */
 
 /* An angle less multiples of pi/2: r + tail in [-pi/4, pi/4] (or just outside), and the quadrant.
  */
@@ -152,8 +151,7 @@ jsl_real jsl_cos(jsl_real x) {
     return cosine;
 }
 
-/* -- arc tangent ----------------------------------------------------------------------------------
- */
+/* -- arc tangent ----------------------------------------------------------------------- */
 
 #define PI_HI 0x1.921fb54442d18p+1
 #define PI_LO 0x1.1a62633145c07p-53
@@ -239,8 +237,7 @@ jsl_real jsl_atan2(jsl_real y, jsl_real x) {
     return (jsl_real)(below ? -angle : angle);
 }
 
-/* -- exponential and logarithm --------------------------------------------------------------------
- */
+/* -- exponential and logarithm --------------------------------------------------------- */
 
 /* ln 2 in 32 + 53 bits. */
 #define LN2_HI 0x1.62e42feep-1
