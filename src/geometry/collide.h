@@ -89,6 +89,9 @@ static inline bool jsl_manifold_add(const jsl_pair_in *in, jsl_manifold *out, js
     return true;
 }
 
+/* Distance of the two by GJK, points relative to A; false when their cores cross. No planes. */
+bool jsl_gjk(const jsl_pair_in *in, jsl_gap *out);
+
 /* Each fills out (count 0 on entry) with points relative to A. */
 typedef void jsl_collide_fn(const jsl_pair_in *in, jsl_manifold *out);
 jsl_collide_fn jsl_collide_sphere_sphere, jsl_collide_sphere_box, jsl_collide_sphere_capsule,

@@ -86,7 +86,8 @@ static bool find_axes(const boxes *g, jsl_real margin, axes *best) {
 /* -- Two edges
  * ------------------------------------------------------------------------------------------- */
 
-static void edge_contact(const jsl_pair_in *in, const boxes *g, const axes *best,
+/* False when the boxes are apart and these edges end before they pass. */
+static bool edge_contact(const jsl_pair_in *in, const boxes *g, const axes *best,
                          const jsl_axes *fa, const jsl_axes *fb, jsl_manifold *out) {
     int i = best->edge_a, j = best->edge_b;
     const jsl_vec3 *a = fa->a, *b = fb->a;
@@ -112,12 +113,14 @@ static void edge_contact(const jsl_pair_in *in, const boxes *g, const axes *best
     jsl_vec3 d = jsl_sub(cb, ca);
     jsl_real da = jsl_dot(d, a[i]), db = jsl_dot(d, b[j]), c = g->r[i][j];
     jsl_real sine_sq = jsl_length_sq(jsl_cross(a[i], b[j]));
-    jsl_real s = jsl_clamp((da - db * c) / sine_sq, -g->ha[i], g->ha[i]);
-    jsl_real t = jsl_clamp((da * c - db) / sine_sq, -g->hb[j], g->hb[j]);
+    jsl_real s0 = (da - db * c) / sine_sq, s = jsl_clamp(s0, -g->ha[i], g->ha[i]);
+    jsl_real t0 = (da * c - db) / sine_sq, t = jsl_clamp(t0, -g->hb[j], g->hb[j]);
+    if (best->edge > 0 && (s != s0 || t != t0)) return false;
     jsl_vec3 qa = jsl_mul_add(ca, s, a[i]), qb = jsl_mul_add(cb, t, b[j]);
     out->normal = n;
     jsl_manifold_add(in, out, jsl_scale(jsl_add(qa, qb), JSL_R(0.5)), best->edge,
                      JSL_FEATURE(JSL_FEATURE_EDGE(i, mask_a), JSL_FEATURE_EDGE(j, mask_b)));
+    return true;
 }
 
 /* -- A face and what lies on it
@@ -300,6 +303,16 @@ static void face_contact(const jsl_pair_in *in, const boxes *g, int axis, bool b
     }
 }
 
+/* Boxes near each other corner to corner, where no face or pair of edges lies over another: their
+ * nearest points. */
+static void near_contact(const jsl_pair_in *in, jsl_manifold *out) {
+    jsl_gap gap;
+    if (!jsl_gjk(in, &gap)) return;
+    out->normal = gap.normal;
+    jsl_manifold_add(in, out, jsl_scale(jsl_add(gap.point_a, gap.point_b), JSL_R(0.5)),
+                     gap.distance, 0);
+}
+
 void jsl_collide_box_box(const jsl_pair_in *in, jsl_manifold *out) {
     boxes g;
     axes best;
@@ -311,9 +324,13 @@ void jsl_collide_box_box(const jsl_pair_in *in, jsl_manifold *out) {
     jsl_real slack = FACE_SHARE * jsl_abs(best.face_a) + FACE_SLACK * thin;
     bool b_is_reference = best.face_b > best.face_a + slack;
     jsl_real face = b_is_reference ? best.face_b : best.face_a;
-    if (best.edge > face + (EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin))
-        edge_contact(in, &g, &best, &fa, &fb, out);
-    else
-        face_contact(in, &g, b_is_reference ? best.axis_b : best.axis_a, b_is_reference, &fa, &fb,
-                     out);
+    bool edges = best.edge > face + (EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin);
+    if (edges) {
+        if (edge_contact(in, &g, &best, &fa, &fb, out)) return;
+    } else {
+        int axis = b_is_reference ? best.axis_b : best.axis_a;
+        face_contact(in, &g, axis, b_is_reference, &fa, &fb, out);
+    }
+    jsl_real apart = jsl_max(jsl_max(best.face_a, best.face_b), best.edge);
+    if (out->count == 0 && apart > 0) near_contact(in, out);
 }
