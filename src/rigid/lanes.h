@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT
- * Three-vectors of lanes, and records of four numbers gathered into lanes and scattered back. Kernels only.
- * Floor 4.
+ * Three-vectors of lanes, and records of four numbers gathered into lanes and scattered back.
+ * Kernels only. Floor 4.
  */
 #ifndef JSL_RIGID_LANES_H
 #define JSL_RIGID_LANES_H
 
 #include "math/wide.h"
 
-/* -- Choice ------------------------------------------------------------------------------------- */
+/* -- Choice -------------------------------------------------------------------------------------
+ */
 
-/* a > b ? a : b, a < b ? a : b and m ? a : b as single instructions. The hardware's rule (the second
- * operand on NaN and on equal zeros) is that of wmax and wmin. */
+/* a > b ? a : b, a < b ? a : b and m ? a : b as single instructions. The hardware's rule (the
+ * second operand on NaN and on equal zeros) is that of wmax and wmin. */
 #if JSL_KERNEL_ISA == 2 && !defined(JSL_DOUBLE)
 JSL_INLINE wreal lmax(wreal a, wreal b) { return (wreal)_mm_max_ps((__m128)a, (__m128)b); }
 JSL_INLINE wreal lmin(wreal a, wreal b) { return (wreal)_mm_min_ps((__m128)a, (__m128)b); }
@@ -51,7 +52,8 @@ JSL_INLINE wreal lselect(wmask m, wreal a, wreal b) { return m ? a : b; }
 JSL_INLINE wreal lkeep(wmask m, wreal a) { return lselect(m, a, wset(0)); }
 JSL_INLINE wreal labsolute(wreal a) { return lmax(a, -a); }
 
-/* -- Vectors ------------------------------------------------------------------------------------- */
+/* -- Vectors -------------------------------------------------------------------------------------
+ */
 
 typedef struct lvec {
     wreal x, y, z;
@@ -88,8 +90,8 @@ JSL_INLINE lvec lsym_mul(lsym m, lvec a) {
 }
 JSL_INLINE lmat lmat_of(lquat q) {
     wreal x2 = q.x + q.x, y2 = q.y + q.y, z2 = q.z + q.z;
-    wreal xx = q.x * x2, yy = q.y * y2, zz = q.z * z2, xy = q.x * y2, xz = q.x * z2,
-          yz = q.y * z2, wx = q.w * x2, wy = q.w * y2, wz = q.w * z2, one = wset(1);
+    wreal xx = q.x * x2, yy = q.y * y2, zz = q.z * z2, xy = q.x * y2, xz = q.x * z2, yz = q.y * z2,
+          wx = q.w * x2, wy = q.w * y2, wz = q.w * z2, one = wset(1);
     return (lmat){lv(one - (yy + zz), xy + wz, xz - wy), lv(xy - wz, one - (xx + zz), yz + wx),
                   lv(xz + wy, yz - wx, one - (xx + yy))};
 }
@@ -111,7 +113,8 @@ JSL_INLINE wreal linverse(wreal a) {
     return lkeep(wgt(a, wset(0)), wset(1) / lmax(a, wset(JSL_R(1e-30))));
 }
 
-/* -- Four numbers of WN records into four registers of lanes, and back --------------------------------- */
+/* -- Four numbers of WN records into four registers of lanes, and back
+ * --------------------------------- */
 
 /* Record i starts at base + stride * index[i]; 16-byte aligned (32 in double). */
 #define LREC(k) (base + (size_t)stride * (size_t)index[k])

@@ -24,8 +24,8 @@ JSL_INLINE void write4(jsl_real *base, int stride, const group *g, lvec a, wreal
     lscatter(base, stride, g->slot, v);
 }
 
-/* One Newton step on the implicit gyroscopic torque in the body frame (Catto, "Numerical methods", GDC
- * 2015): stable at any spin, first order, takes energy out. */
+/* One Newton step on the implicit gyroscopic torque in the body frame (Catto, "Numerical methods",
+ * GDC 2015): stable at any spin, first order, takes energy out. */
 JSL_INLINE lvec gyroscopic(lvec w, lquat q, lvec inertia, wreal h) {
     lmat r = lmat_of(q);
     lvec b = lmat_mul_t(r, w);
@@ -41,16 +41,19 @@ JSL_INLINE lvec gyroscopic(lvec w, lquat q, lvec inertia, wreal h) {
     return lmat_mul(r, lsub(b, d));
 }
 
-/* v0 = what kicks and damping make of v; v = v0 + the velocity that impulses gave in the last sub-step, which is
- * the warm start of all constraints at once because anchors, normals and inertias stand still over a step. */
+/* v0 = what kicks and damping make of v; v = v0 + the velocity that impulses gave in the last
+ * sub-step, which is the warm start of all constraints at once because anchors, normals and
+ * inertias stand still over a step. */
 JSL_INLINE void kick(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool first) {
     const jsl_rigid_bodies *b = &pass->bodies;
     const wreal h = wset(pass->h), angular_h = wset(pass->h);
     for (int64_t i = begin; i < end; i += WN) {
         group g = group_at(i);
         wreal inv_mass, pad, damp_v, damp_w, mode;
-        lvec v = read3(b->line, JSL_LINE, &g, &inv_mass), w = read3(b->line + 4, JSL_LINE, &g, &pad);
-        lvec a = read3(b->kick, JSL_KICK, &g, &damp_v), alpha = read3(b->kick + 4, JSL_KICK, &g, &damp_w);
+        lvec v = read3(b->line, JSL_LINE, &g, &inv_mass),
+             w = read3(b->line + 4, JSL_LINE, &g, &pad);
+        lvec a = read3(b->kick, JSL_KICK, &g, &damp_v),
+             alpha = read3(b->kick + 4, JSL_KICK, &g, &damp_w);
         lvec inertia = read3(b->turn, JSL_TURN, &g, &mode);
         lvec v0 = lscale(damp_v, lmadd(v, h, a));
         /* The splitting integrator kicks half a sub-step before and half after its rotation. */
@@ -67,7 +70,8 @@ JSL_INLINE void kick(const jsl_rigid_pass *pass, int64_t begin, int64_t end, con
                     lselect(implicit, turned.z, w0.z));
         }
         if (!first) {
-            lvec old_v = read3(b->base, JSL_BASE, &g, &pad), old_w = read3(b->base + 4, JSL_BASE, &g, &pad);
+            lvec old_v = read3(b->base, JSL_BASE, &g, &pad),
+                 old_w = read3(b->base + 4, JSL_BASE, &g, &pad);
             v = ladd(v0, lsub(v, old_v)), w = ladd(w0, lsub(w, old_w));
         } else {
             v = v0, w = w0;
@@ -83,8 +87,8 @@ void JSL_KERNEL(jsl_rigid_kick_next)(const jsl_rigid_pass *pass, int64_t begin, 
     kick(pass, begin, end, false);
 }
 
-/* Displacement by h v, rotation by exp(h w). The series of sin x / x and cos x are good to rounding up to
- * half angles x of 1 rad; faster spins are clamped before the step. */
+/* Displacement by h v, rotation by exp(h w). The series of sin x / x and cos x are good to rounding
+ * up to half angles x of 1 rad; faster spins are clamped before the step. */
 void JSL_KERNEL(jsl_rigid_drift)(const jsl_rigid_pass *pass, int64_t begin, int64_t end) {
     const jsl_rigid_bodies *b = &pass->bodies;
     const wreal h = wset(pass->h), half = wset(pass->h * JSL_R(0.5)), one = wset(1);
@@ -98,8 +102,14 @@ void JSL_KERNEL(jsl_rigid_drift)(const jsl_rigid_pass *pass, int64_t begin, int6
         lvec r = lscale(half, w);
         wreal s = ldot(r, r);
 #define C(n) wset(JSL_R(1) / JSL_R(n))
-        wreal sinc = one - s * (C(6) - s * (C(120) - s * (C(5040) - s * (C(362880) - s * (C(39916800) - s * C(6227020800.0))))));
-        wreal cosine = one - s * (C(2) - s * (C(24) - s * (C(720) - s * (C(40320) - s * (C(3628800) - s * C(479001600))))));
+        wreal sinc =
+            one -
+            s * (C(6) - s * (C(120) - s * (C(5040) - s * (C(362880) - s * (C(39916800) -
+                                                                           s * C(6227020800.0))))));
+        wreal cosine =
+            one -
+            s * (C(2) -
+                 s * (C(24) - s * (C(720) - s * (C(40320) - s * (C(3628800) - s * C(479001600))))));
 #undef C
         lquat old = {qv.x, qv.y, qv.z, qw};
         lquat q = lquat_mul((lquat){sinc * r.x, sinc * r.y, sinc * r.z, cosine}, old);

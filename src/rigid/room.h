@@ -10,38 +10,42 @@
 #include "rigid/rigid.h"
 #include "rigid/solver.h"
 
-/* Colours of contacts between dynamic bodies, and of contacts with the immovable: one bit a colour and body. Beyond
- * them contacts are solved one after the other. */
+/* Colours of contacts between dynamic bodies, and of contacts with the immovable: one bit a colour
+ * and body. Beyond them contacts are solved one after the other. */
 #define JSL_COLOURS 64
 #define JSL_COLOUR_NONE (-1)
 
-/* What the room knows of a pair that the broad phase keeps; its geometry record lies in geo[] at the same index.
- * Only pairs with points (count > 0) are state; the others can be found again. */
+/* What the room knows of a pair that the broad phase keeps; its geometry record lies in geo[] at
+ * the same index. Only pairs with points (count > 0) are state; the others can be found again. */
 typedef struct jsl_rigid_pair {
     uint64_t id_a, id_b; /* of item a and b, id_a < id_b */
     int32_t a, b;        /* collider items */
     uint32_t feature[JSL_MAX_MANIFOLD];
-    jsl_real gap;        /* m, smallest separation now */
-    jsl_real sum[3];     /* normal impulse and two tangential of the last step, N s */
-    jsl_vec3 t1, t2;     /* the tangents they were along */
-    uint8_t count;       /* points */
-    uint8_t swapped;     /* the solver's A is item b: always so when b is immovable and a is not */
-    uint8_t wall;        /* the solver's A is immovable */
-    uint8_t idle;        /* both are immovable, or filtered: never solved */
+    jsl_real gap;    /* m, smallest separation now */
+    jsl_real push;   /* normal impulse of the last step, N s */
+    jsl_vec3 rub;    /* tangential impulse of the last step on the solver's B, N s */
+    uint8_t count;   /* points */
+    uint8_t swapped; /* the solver's A is item b: always so when b is immovable and a is not */
+    uint8_t wall;    /* the solver's A is immovable */
+    uint8_t idle;    /* both are immovable, or filtered: never solved */
     uint8_t touching, was_touching;
     uint8_t rebuilt;
-    uint8_t spare;
+    uint8_t built;             /* the record's frames are of a manifold (or of none: count 0) */
+    uint32_t shape_a, shape_b; /* shape ids when built */
 } jsl_rigid_pair;
 
-/* Something solid, or a body that is not: slot i < items is collider item i, the others are bodies without collider. */
+/* Something solid, or a body that is not: slot i < items is collider item i, the others are bodies
+ * without collider. */
 typedef struct jsl_rigid_slot {
     uint64_t id;
     jsl_entity entity;
-    int32_t view;    /* which table of the query holds it; -1: not a body that moves */
+    int32_t view; /* which table of the query holds it; -1: not a body that moves */
     int32_t row;
     uint8_t dynamic; /* answers impulses */
     uint8_t moving;  /* its state is written back */
     uint8_t split;   /* turned by the splitting integrator */
+    uint8_t flags;   /* slots.c: what is wrong with it */
+    uint8_t absent; /* not fit to meet anything */
 } jsl_rigid_slot;
 
 /* Lanes of one colour: [begin, begin + count), padded to JSL_LANES. */
@@ -63,7 +67,7 @@ typedef struct jsl_rigid_view {
 } jsl_rigid_view;
 
 typedef struct jsl_rigid_ended {
-    jsl_entity a, b;
+    uint64_t id_a, id_b;
 } jsl_rigid_ended;
 
 struct jsl_rigid_room {
@@ -100,8 +104,8 @@ struct jsl_rigid_room {
     /* Blocks. */
     JSL_ARRAY(jsl_real) normal, friction, bounce;
     JSL_ARRAY(int32_t) lane_a, lane_b, lane_contact;
-    JSL_ARRAY(int32_t) active;         /* pairs that are solved */
-    JSL_ARRAY(int32_t) active_colour;  /* parallel to active */
+    JSL_ARRAY(int32_t) active;        /* pairs that are solved */
+    JSL_ARRAY(int32_t) active_colour; /* parallel to active */
     JSL_ARRAY(jsl_rigid_colour) colour;
     int64_t lanes;
 
@@ -118,9 +122,15 @@ struct jsl_rigid_room {
 
 /* detect.c: slots, pairs and manifolds for this step. */
 jsl_whole_fn jsl_rigid_detect;
-/* pairs.c */
+jsl_rigid_soft jsl_rigid_soft_of(jsl_real hertz, jsl_real zeta, jsl_real h);
+/* pairs.c: the list of pairs; exchanging it with the spare one; noting that a touching pair parted.
+ */
+void jsl_rigid_swap_pairs(jsl_rigid_room *room);
+jsl_result jsl_rigid_pair_ended(jsl_rigid_room *room, const jsl_rigid_pair *pair);
 jsl_result jsl_rigid_pairs_update(jsl_rigid_room *room, const jsl_step_context *context);
-/* slots.c: which slots there are, and the state of moving bodies; writes finished states back. */
+/* slots.c: columns of the moving bodies; which slots there are, and the state of moving bodies;
+ * writes finished states back. */
+jsl_result jsl_rigid_views_update(jsl_rigid_room *room);
 jsl_result jsl_rigid_slots_update(jsl_rigid_room *room, const jsl_step_context *context);
 void jsl_rigid_slots_gather(jsl_rigid_room *room, const jsl_step_context *context);
 void jsl_rigid_slots_finish(jsl_rigid_room *room, const jsl_step_context *context);
@@ -128,10 +138,12 @@ void jsl_rigid_slots_finish(jsl_rigid_room *room, const jsl_step_context *contex
 jsl_result jsl_rigid_colour_update(jsl_rigid_room *room, const jsl_step_context *context);
 /* respond.c */
 jsl_whole_fn jsl_rigid_respond;
-/* rotation.c: turns the listed slots over h by three axis rotations, and takes the change of spin out of what the next warm
- * start would repeat. kick: share of h that the torque acts before (1 after the last sub-step is handled by the caller). */
-void jsl_rigid_turn_split(const jsl_rigid_bodies *bodies, const int32_t *slot, int64_t count, jsl_real h);
+/* rotation.c: turns the listed slots over h by three axis rotations, and takes the change of spin
+ * out of what the next warm start would repeat. kick: share of h that the torque acts before (1
+ * after the last sub-step is handled by the caller). */
+void jsl_rigid_turn_split(const jsl_rigid_bodies *bodies, const int32_t *slot, int64_t count,
+                          jsl_real h);
 
-#define JSL_RIGID_GEO(room, i) ((room)->geo.at + (int64_t)(i) * JSL_GEO)
+#define JSL_RIGID_GEO(room, i) ((room)->geo.at + (int64_t)(i)*JSL_GEO)
 
 #endif

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Data of the contact solver and its kernels. Floor 4.
  *
- * Manifolds are solved in blocks of 16 (JSL_LANES): every field of a block is 16 adjacent numbers, so the
- * layout is the same whatever the width of the hardware, and a kernel of WN lanes takes a block in 16 / WN
- * bites. All kernels are elementwise: lanes never meet, hence the same bits at every width.
+ * Manifolds are solved in blocks of 16 (JSL_LANES): every field of a block is 16 adjacent numbers,
+ * so the layout is the same whatever the width of the hardware, and a kernel of WN lanes takes a
+ * block in 16 / WN bites. All kernels are elementwise: lanes never meet, hence the same bits at
+ * every width.
  */
 #ifndef JSL_RIGID_SOLVER_H
 #define JSL_RIGID_SOLVER_H
@@ -12,14 +13,17 @@
 #include "math/wide_dispatch.h"
 #include <jostle/math.h>
 
-/* -- Bodies as the solver sees them ---------------------------------------------------------------- */
+/* -- Bodies as the solver sees them
+ * ---------------------------------------------------------------- */
 
 #define JSL_LINE 16 /* reals of a body's line: v 3, 1/m, w 3, 0, world inverse inertia 6, 0, 0 */
-#define JSL_MOVE 8  /* displacement since the step's origin 3, 0, rotation since then (quaternion) */
+#define JSL_MOVE 8  /* displacement since the step's origin 3, 0, rotation since then (quaternion) \
+                     */
 #define JSL_BASE 8  /* velocity after kicks and before impulses of this sub-step: v 3, 0, w 3, 0 */
-#define JSL_KICK 8  /* acceleration 3, linear damping factor, angular acceleration 3, angular factor */
-#define JSL_POSE 8  /* position 3, 0, orientation */
-#define JSL_TURN 4  /* principal inertia 3, what turns it (JSL_TURN_*) */
+#define JSL_KICK                                                                                   \
+    8 /* acceleration 3, linear damping factor, angular acceleration 3, angular factor */
+#define JSL_POSE 8 /* position 3, 0, orientation */
+#define JSL_TURN 4 /* principal inertia 3, what turns it (JSL_TURN_*) */
 
 /* How a body turns in the position update. */
 #define JSL_TURN_FREE 0     /* constant spin: exact for isotropic inertia */
@@ -30,10 +34,11 @@ typedef struct jsl_rigid_bodies {
     jsl_real *line, *move, *base, *kick, *pose, *turn; /* of slot i at i * JSL_x */
 } jsl_rigid_bodies;
 
-/* -- Geometry of a contact between steps -------------------------------------------------------------- */
+/* -- Geometry of a contact between steps
+ * -------------------------------------------------------------- */
 
-/* One record a contact: the manifold in the frames of its bodies, as built by the last narrow phase that
- * ran for the pair, and the impulses. B is always dynamic; A may be immovable. */
+/* One record a contact: the manifold in the frames of its bodies, as built by the last narrow phase
+ * that ran for the pair, and the impulses. B is always dynamic; A may be immovable. */
 enum {
     JSL_GEO_NORMAL = 0,   /* in A's frame, from A to B */
     JSL_GEO_FRICTION = 3, /* coefficient of the pair */
@@ -51,18 +56,19 @@ enum {
 /* Separation of a point that is not there. */
 #define JSL_FAR JSL_R(1e9)
 
-/* -- Blocks --------------------------------------------------------------------------------------------- */
+/* -- Blocks
+ * --------------------------------------------------------------------------------------------- */
 
 /* Fields of the normal part of a block. */
 enum {
     JSL_N_NORMAL = 0,
     JSL_N_TANGENT = 3,
-    JSL_N_ARM_A = 6,  /* friction centre from A's centre of mass */
+    JSL_N_ARM_A = 6, /* friction centre from A's centre of mass */
     JSL_N_ARM_B = 9,
-    JSL_N_XY = 12,    /* x_j, y_j of the points about the friction centre along the tangents */
-    JSL_N_GAP = 20,   /* separations now */
-    JSL_N_MASS = 24,  /* 1 / K_jj */
-    JSL_N_K = 28,     /* K_01 K_02 K_03 K_12 K_13 K_23 */
+    JSL_N_XY = 12,   /* x_j, y_j of the points about the friction centre along the tangents */
+    JSL_N_GAP = 20,  /* separations now */
+    JSL_N_MASS = 24, /* 1 / K_jj */
+    JSL_N_K = 28,    /* K_01 K_02 K_03 K_12 K_13 K_23 */
     JSL_N_IMPULSE = 34,
     JSL_N = 38
 };
@@ -84,8 +90,8 @@ enum { JSL_R_BOUNCE = 0, JSL_R_SPEED = 1, JSL_R_MOST = 5, JSL_R_FIELDS = 9 };
 
 typedef struct jsl_rigid_blocks {
     jsl_real *normal, *friction, *bounce;
-    int32_t *a, *b;    /* slot of each lane's bodies */
-    int32_t *contact;  /* index of its geometry record; padding lanes point at an empty one */
+    int32_t *a, *b;   /* slot of each lane's bodies */
+    int32_t *contact; /* index of its geometry record; padding lanes point at an empty one */
 } jsl_rigid_blocks;
 
 /* Soft constraint: bias rate (1/s), and scales of the new and the accumulated impulse. Catto, "Soft
@@ -107,12 +113,13 @@ typedef struct jsl_rigid_pass {
     bool bounces;              /* some pair has restitution */
 } jsl_rigid_pass;
 
-/* Lanes [begin, end), multiples of the kernel's width. _wall: A of every lane is immovable and is not written. */
+/* Lanes [begin, end), multiples of the kernel's width. _wall: A of every lane is immovable and is
+ * not written. */
 typedef void jsl_rigid_lanes_fn(const jsl_rigid_pass *pass, int64_t begin, int64_t end);
 /* Slots [begin, end), multiples of 16. */
 typedef void jsl_rigid_slots_fn(const jsl_rigid_pass *pass, int64_t begin, int64_t end);
 
-#define JSL_RIGID_KERNEL(name) \
+#define JSL_RIGID_KERNEL(name)                                                                     \
     JSL_KERNEL_DECLARE(void, name, (const jsl_rigid_pass *pass, int64_t begin, int64_t end))
 JSL_RIGID_KERNEL(jsl_rigid_prepare);
 JSL_RIGID_KERNEL(jsl_rigid_warm);

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: MIT
  * solver_kernel.c - the passes over manifolds, each manifold in its own six-dimensional frame.
  *
- * The points of a manifold share a normal, so about a centre C with axes n, t1, t2 = t1 x n the approach speed
- * of point j is un + x_j w2 - y_j w1: the relative twist is formed once, the points are relaxed one after
- * the other with the 4x4 matrix K = J M^-1 J^T, and the summed impulse is applied to the bodies once. In exact
- * arithmetic that is Gauss-Seidel point by point.
+ * The points of a manifold share a normal, so about a centre C with axes n, t1, t2 = t1 x n the
+ * approach speed of point j is un + x_j w2 - y_j w1: the relative twist is formed once, the points
+ * are relaxed one after the other with the 4x4 matrix K = J M^-1 J^T, and the summed impulse is
+ * applied to the bodies once. In exact arithmetic that is Gauss-Seidel point by point.
  */
 #include "rigid/lanes.h"
 #include "rigid/solver.h"
 
 #define LANES JSL_LANES
-#define PART(array, fields, lane)                                                                  \
-    ((array) + ((lane) / LANES) * ((fields) * LANES) + ((lane) % LANES))
-#define GET(p, field) wload((p) + (field) * LANES)
-#define PUT(p, field, value) wstore((p) + (field) * LANES, value)
+#define PART(array, fields, lane) ((array) + ((lane) / LANES) * ((fields)*LANES) + ((lane) % LANES))
+#define GET(p, field) wload((p) + (field)*LANES)
+#define PUT(p, field, value) wstore((p) + (field)*LANES, value)
 #define GET3(p, field) lv(GET(p, field), GET(p, (field) + 1), GET(p, (field) + 2))
 #define PUT3(p, field, v)                                                                          \
     (PUT(p, field, (v).x), PUT(p, (field) + 1, (v).y), PUT(p, (field) + 2, (v).z))
@@ -64,7 +63,8 @@ JSL_INLINE void apply(const jsl_rigid_bodies *bodies, const int32_t *ia, const i
     put_body(bodies, ia, A);
 }
 
-/* -- Prepare ---------------------------------------------------------------------------------------------- */
+/* -- Prepare
+ * ---------------------------------------------------------------------------------------------- */
 
 /* The manifold in the world, about x_B. */
 typedef struct manifold {
@@ -78,7 +78,8 @@ JSL_INLINE void read_manifold(const jsl_rigid_pass *pass, const int32_t *contact
                               const int32_t *ib, manifold *m, wreal *scale) {
     const jsl_rigid_bodies *bodies = &pass->bodies;
     const wreal one = wset(1), zero = wset(0);
-    lvec xa = get_vec(bodies->pose, JSL_POSE, ia, NULL), xb = get_vec(bodies->pose, JSL_POSE, ib, NULL);
+    lvec xa = get_vec(bodies->pose, JSL_POSE, ia, NULL),
+         xb = get_vec(bodies->pose, JSL_POSE, ib, NULL);
     lmat ra = lmat_of(get_quat(bodies->pose + 4, JSL_POSE, ia));
     lmat rb = lmat_of(get_quat(bodies->pose + 4, JSL_POSE, ib));
     m->to_a = lsub(xb, xa);
@@ -126,15 +127,15 @@ JSL_INLINE void prepare_friction(jsl_real *f, const manifold *m, lvec arm_a, lve
          ib2 = lsym_mul(ib, b2);
     lvec q = ladd(ipa, ipb), q1 = ladd(ia1, ib1), q2 = ladd(ia2, ib2);
     lvec sn = ladd(lsym_mul(ia, m->normal), lsym_mul(ib, m->normal));
-    wreal k11 = mass + (ldot(a1, ia1) + ldot(b1, ib1)), k22 = mass + (ldot(a2, ia2) + ldot(b2, ib2)),
-          k12 = ldot(a1, ia2) + ldot(b1, ib2);
+    wreal k11 = mass + (ldot(a1, ia1) + ldot(b1, ib1)),
+          k22 = mass + (ldot(a2, ia2) + ldot(b2, ib2)), k12 = ldot(a1, ia2) + ldot(b1, ib2);
     wreal inv = linverse(k11 * k22 - k12 * k12);
     PUT(f, JSL_F_MASS, inv * k22);
     PUT(f, JSL_F_MASS + 1, -(inv * k12));
     PUT(f, JSL_F_MASS + 2, inv * k11);
     PUT(f, JSL_F_TWIST_MASS, linverse(ldot(m->normal, sn)));
-    /* Speeds gained by the twist and the tangents from normal impulses Pn, their moments Lx and Ly, and
-     * from the twist: wn += c0 Pn + c1 Lx + c2 Ly; ut += c0 Pn + c1 Lx + c2 Ly + c3 T. */
+    /* Speeds gained by the twist and the tangents from normal impulses Pn, their moments Lx and Ly,
+     * and from the twist: wn += c0 Pn + c1 Lx + c2 Ly; ut += c0 Pn + c1 Lx + c2 Ly + c3 T. */
     PUT(f, JSL_F_COUPLE, ldot(m->normal, q));
     PUT(f, JSL_F_COUPLE + 1, ldot(sn, m->t2));
     PUT(f, JSL_F_COUPLE + 2, -ldot(sn, m->t1));
@@ -212,7 +213,8 @@ void JSL_KERNEL(jsl_rigid_prepare)(const jsl_rigid_pass *pass, int64_t begin, in
     }
 }
 
-/* -- Warm start --------------------------------------------------------------------------------------------- */
+/* -- Warm start
+ * --------------------------------------------------------------------------------------------- */
 
 JSL_INLINE void warm(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool wall) {
     for (int64_t lane = begin; lane < end; lane += WN) {
@@ -229,13 +231,16 @@ JSL_INLINE void warm(const jsl_rigid_pass *pass, int64_t begin, int64_t end, con
             lx = lx + l * GET(n, JSL_N_XY + 2 * j);
             ly = ly + l * GET(n, JSL_N_XY + 2 * j + 1);
         }
-        lvec P = lmadd(lmadd(lscale(pn, nr), GET(f, JSL_F_TANGENT), t1), GET(f, JSL_F_TANGENT + 1), t2);
+        lvec P =
+            lmadd(lmadd(lscale(pn, nr), GET(f, JSL_F_TANGENT), t1), GET(f, JSL_F_TANGENT + 1), t2);
         lvec L = lmadd(lmsub(lscale(lx, t2), ly, t1), GET(f, JSL_F_TWIST), nr);
-        apply(&pass->bodies, ia, ib, &A, &B, P, L, GET3(n, JSL_N_ARM_A), GET3(n, JSL_N_ARM_B), wall);
+        apply(&pass->bodies, ia, ib, &A, &B, P, L, GET3(n, JSL_N_ARM_A), GET3(n, JSL_N_ARM_B),
+              wall);
     }
 }
 
-/* -- Passes over the points ------------------------------------------------------------------------------------ */
+/* -- Passes over the points
+ * ------------------------------------------------------------------------------------ */
 
 /* The relative motion at the centre, and what the points add to it. */
 typedef struct frame {
@@ -280,7 +285,8 @@ JSL_INLINE void feel(const jsl_real *n, frame *s, const int j, wreal d) {
 JSL_INLINE void solve(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool wall) {
     const jsl_rigid_soft soft = wall ? pass->wall : pass->pair;
     const wreal zero = wset(0), one = wset(1), inv_h = wset(pass->inv_h), push = wset(-pass->push);
-    const wreal rate = wset(soft.bias * soft.mass), mass = wset(soft.mass), keep = wset(soft.impulse);
+    const wreal rate = wset(soft.bias * soft.mass), mass = wset(soft.mass),
+                keep = wset(soft.impulse);
     for (int64_t lane = begin; lane < end; lane += WN) {
         jsl_real *n = PART(pass->blocks.normal, JSL_N, lane);
         const int32_t *ia = pass->blocks.a + lane, *ib = pass->blocks.b + lane;
@@ -315,22 +321,24 @@ typedef struct gaps {
 JSL_INLINE gaps moved_gaps(const jsl_rigid_pass *pass, const int32_t *ia, const int32_t *ib,
                            const frame *s) {
     const jsl_rigid_bodies *bodies = &pass->bodies;
-    lvec xa = get_vec(bodies->move, JSL_MOVE, ia, NULL), xb = get_vec(bodies->move, JSL_MOVE, ib, NULL);
+    lvec xa = get_vec(bodies->move, JSL_MOVE, ia, NULL),
+         xb = get_vec(bodies->move, JSL_MOVE, ib, NULL);
     lvec da = turned_back(get_quat(bodies->move + 4, JSL_MOVE, ia), s->nr),
          db = turned_back(get_quat(bodies->move + 4, JSL_MOVE, ib), s->nr), d = lsub(db, da);
-    return (gaps){ldot(s->nr, lsub(xb, xa)) + (ldot(db, s->arm_b) - ldot(da, s->arm_a)), ldot(d, s->t1),
-                  ldot(d, s->t2)};
+    return (gaps){ldot(s->nr, lsub(xb, xa)) + (ldot(db, s->arm_b) - ldot(da, s->arm_a)),
+                  ldot(d, s->t1), ldot(d, s->t2)};
 }
 
-/* Twist and central friction, which see the normal impulses just changed through the stored couplings.
- * Adds their impulse to P and L. */
+/* Twist and central friction, which see the normal impulses just changed through the stored
+ * couplings. Adds their impulse to P and L. */
 JSL_INLINE void rub(jsl_real *f, const frame *s, wreal total, wreal lever, lvec *P, lvec *L) {
     const wreal one = wset(1), tiny = wset(JSL_R(1e-18));
     wreal mu = GET(f, JSL_F_MU), wn = ldot(s->nr, s->wr);
     wn = wn + GET(f, JSL_F_COUPLE) * s->pn + GET(f, JSL_F_COUPLE + 1) * s->lx +
          GET(f, JSL_F_COUPLE + 2) * s->ly;
     wreal twist = GET(f, JSL_F_TWIST), limit = mu * lever;
-    wreal next = lmax(lmin(twist - GET(f, JSL_F_TWIST_MASS) * wn, limit), -limit), dt = next - twist;
+    wreal next = lmax(lmin(twist - GET(f, JSL_F_TWIST_MASS) * wn, limit), -limit),
+          dt = next - twist;
     PUT(f, JSL_F_TWIST, next);
     wreal u1 = ldot(s->vr, s->t1), u2 = ldot(s->vr, s->t2);
     u1 = u1 + GET(f, JSL_F_COUPLE + 3) * s->pn + GET(f, JSL_F_COUPLE + 4) * s->lx +
@@ -338,7 +346,8 @@ JSL_INLINE void rub(jsl_real *f, const frame *s, wreal total, wreal lever, lvec 
     u2 = u2 + GET(f, JSL_F_COUPLE + 7) * s->pn + GET(f, JSL_F_COUPLE + 8) * s->lx +
          GET(f, JSL_F_COUPLE + 9) * s->ly + GET(f, JSL_F_COUPLE + 10) * dt;
     wreal f1 = GET(f, JSL_F_TANGENT), f2 = GET(f, JSL_F_TANGENT + 1), m12 = GET(f, JSL_F_MASS + 1);
-    wreal g1 = f1 - GET(f, JSL_F_MASS) * u1 - m12 * u2, g2 = f2 - m12 * u1 - GET(f, JSL_F_MASS + 2) * u2;
+    wreal g1 = f1 - GET(f, JSL_F_MASS) * u1 - m12 * u2,
+          g2 = f2 - m12 * u1 - GET(f, JSL_F_MASS + 2) * u2;
     wreal most = mu * total, square = g1 * g1 + g2 * g2;
     wreal shrink = lselect(wgt(square, most * most), most / (wsqrt(square) + tiny), one);
     g1 = shrink * g1, g2 = shrink * g2;
@@ -384,7 +393,8 @@ JSL_INLINE void relax(const jsl_rigid_pass *pass, int64_t begin, int64_t end, co
     }
 }
 
-/* Once a step: points that carried load and came in fast leave with e times the speed they came with. */
+/* Once a step: points that carried load and came in fast leave with e times the speed they came
+ * with. */
 JSL_INLINE void bounce(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool wall) {
     const wreal zero = wset(0), threshold = wset(-pass->threshold);
     for (int64_t lane = begin; lane < end; lane += WN) {
@@ -422,4 +432,3 @@ BOTH(warm)
 BOTH(solve)
 BOTH(relax)
 BOTH(bounce)
-
