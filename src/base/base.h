@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Internal base services: checked allocation, arena, messages, tasks, random numbers, hashing, sorting, bit sets. Floor 0.
- * Functions shared between files carry the jsl_ prefix but are not exported.
+ * Internal base services: checked allocation, arena, messages, tasks, random numbers, hashing,
+ * sorting, bit sets. Floor 0. Functions shared between files carry the jsl_ prefix but are not
+ * exported.
  */
 #ifndef JSL_BASE_BASE_H
 #define JSL_BASE_BASE_H
@@ -34,17 +35,20 @@ static inline int64_t jsl_round_up(int64_t n, int64_t multiple) {
     return (n + multiple - 1) / multiple * multiple;
 }
 
-/* -- Memory (alloc.c) --------------------------------------------------------------------------- */
+/* -- Memory (alloc.c) ---------------------------------------------------------------------------
+ */
 
 /* An allocator with its accounts. Every object owns one and hands it down. */
 typedef struct jsl_memory {
     jsl_allocator hook; /* never null functions after jsl_memory_init */
     int64_t live_bytes, peak_bytes;
     int64_t live_blocks;
-    int64_t calls; /* successful allocations so far: its growth over a step is the step's allocations */
+    int64_t
+        calls; /* successful allocations so far: its growth over a step is the step's allocations */
 } jsl_memory;
 
-/* A zeroed hook becomes the C library's. JSL_ERR_ARGUMENT when only one of its functions is given. */
+/* A zeroed hook becomes the C library's. JSL_ERR_ARGUMENT when only one of its functions is given.
+ */
 jsl_result jsl_memory_init(jsl_memory *memory, jsl_allocator hook);
 /* size bytes at JSL_ALIGN, not zeroed; null when size is 0 or memory is out. Not thread-safe. */
 void *jsl_alloc(jsl_memory *memory, size_t size);
@@ -63,14 +67,15 @@ jsl_result jsl_realloc(jsl_memory *memory, void **ptr, size_t old_size, size_t n
 #define jsl_array_reserve(memory, array, n)                                                        \
     jsl_array_reserve_(memory, (void **)&(array)->at, &(array)->cap, n, sizeof *(array)->at)
 #define jsl_array_free(memory, array)                                                              \
-    (jsl_free(memory, (array)->at, (size_t)(array)->cap * sizeof *(array)->at), (array)->at = NULL,  \
-     (array)->count = (array)->cap = 0)
+    (jsl_free(memory, (array)->at, (size_t)(array)->cap * sizeof *(array)->at),                    \
+     (array)->at = NULL, (array)->count = (array)->cap = 0)
 jsl_result jsl_array_reserve_(jsl_memory *memory, void **at, int64_t *cap, int64_t n, size_t size);
 
-/* -- Arena (arena.c) ---------------------------------------------------------------------------- */
+/* -- Arena (arena.c) ----------------------------------------------------------------------------
+ */
 
-/* Bump allocator for one step's scratch. When a block is full the arena takes another from memory, and
- * jsl_arena_reset merges all into one, so that after warm-up a step allocates nothing. */
+/* Bump allocator for one step's scratch. When a block is full the arena takes another from memory,
+ * and jsl_arena_reset merges all into one, so that after warm-up a step allocates nothing. */
 typedef struct jsl_arena_block jsl_arena_block;
 typedef struct jsl_arena {
     jsl_memory *memory;
@@ -87,26 +92,30 @@ void jsl_arena_fini(jsl_arena *arena);
 /* size bytes at JSL_ALIGN, not zeroed, never null for size 0; null when memory is out. */
 void *jsl_arena_alloc(jsl_arena *arena, int64_t size);
 void *jsl_arena_zero(jsl_arena *arena, int64_t size);
-#define JSL_ARENA_NEW(arena, type, n) ((type *)jsl_arena_alloc(arena, (int64_t)(n) * (int64_t)sizeof(type)))
+#define JSL_ARENA_NEW(arena, type, n)                                                              \
+    ((type *)jsl_arena_alloc(arena, (int64_t)(n) * (int64_t)sizeof(type)))
 jsl_arena_mark jsl_arena_save(const jsl_arena *arena);
 /* Gives back everything taken since the mark (blocks stay owned). */
 void jsl_arena_rewind(jsl_arena *arena, jsl_arena_mark mark);
 /* Everything given back, and one block as large as the peak kept. */
 void jsl_arena_reset(jsl_arena *arena);
 
-/* -- Messages (log.c) ----------------------------------------------------------------------------- */
+/* -- Messages (log.c) -----------------------------------------------------------------------------
+ */
 
 /* Formats one line (at most 511 bytes) and hands it to the logger; returns code, so that
- * return jsl_fail(&log, JSL_ERR_ARGUMENT, "mass of body %u is %g", ...) reads well. A null or zeroed logger is silent. */
+ * return jsl_fail(&log, JSL_ERR_ARGUMENT, "mass of body %u is %g", ...) reads well. A null or
+ * zeroed logger is silent. */
 jsl_result jsl_fail(const jsl_logger *logger, jsl_result code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-void jsl_log_line(const jsl_logger *logger, jsl_log_level level, jsl_result code, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+void jsl_log_line(const jsl_logger *logger, jsl_log_level level, jsl_result code,
+                  const char *format, ...) __attribute__((format(printf, 4, 5)));
 
-/* -- Tasks (tasks.c, pool.c) ----------------------------------------------------------------------- */
+/* -- Tasks (tasks.c, pool.c)
+ * ----------------------------------------------------------------------- */
 
-/* Runs parallel loops over fixed blocks on the host's tasks, on our own pool, or serially. The split into blocks
- * depends on count and block alone, never on the number of workers. */
+/* Runs parallel loops over fixed blocks on the host's tasks, on our own pool, or serially. The
+ * split into blocks depends on count and block alone, never on the number of workers. */
 typedef struct jsl_pool jsl_pool;
 typedef struct jsl_exec {
     jsl_tasks tasks; /* workers >= 1 */
@@ -117,16 +126,20 @@ typedef struct jsl_exec {
  * run at once with the same worker, so that scratch can be per worker. */
 typedef void jsl_block_fn(void *arg, int64_t begin, int64_t end, int64_t block, int worker);
 
-/* hooks zeroed and workers <= 1: serial. hooks zeroed and workers > 1: starts a pool of workers - 1 threads.
- * JSL_ERR_UNSUPPORTED when threads cannot be started, JSL_ERR_LIMIT above JSL_MAX_WORKERS. */
+/* hooks zeroed and workers <= 1: serial. hooks zeroed and workers > 1: starts a pool of workers - 1
+ * threads. JSL_ERR_UNSUPPORTED when threads cannot be started, JSL_ERR_LIMIT above JSL_MAX_WORKERS.
+ */
 #define JSL_MAX_WORKERS 64
 jsl_result jsl_exec_init(jsl_exec *exec, jsl_memory *memory, jsl_tasks hooks, int workers);
 void jsl_exec_fini(jsl_exec *exec, jsl_memory *memory);
-/* Runs fn over [0, count) in blocks of block_size and returns when all are done. Blocks are claimed by an atomic
- * counter. Not reentrant from inside fn. Allocates nothing. exec may be null: serial, worker 0. */
-void jsl_parallel_for(const jsl_exec *exec, int64_t count, int64_t block_size, jsl_block_fn *fn, void *arg);
-/* Runs fn(arg, worker, workers) once on every worker at the same time (workers of exec really concurrent, so that
- * spin barriers between them are allowed only if this returns true; false: it ran serially with workers = 1). */
+/* Runs fn over [0, count) in blocks of block_size and returns when all are done. Blocks are claimed
+ * by an atomic counter. Not reentrant from inside fn. Allocates nothing. exec may be null: serial,
+ * worker 0. */
+void jsl_parallel_for(const jsl_exec *exec, int64_t count, int64_t block_size, jsl_block_fn *fn,
+                      void *arg);
+/* Runs fn(arg, worker, workers) once on every worker at the same time (workers of exec really
+ * concurrent, so that spin barriers between them are allowed only if this returns true; false: it
+ * ran serially with workers = 1). */
 typedef void jsl_region_fn(void *arg, int worker, int workers);
 bool jsl_parallel_region(const jsl_exec *exec, jsl_region_fn *fn, void *arg);
 
@@ -139,10 +152,12 @@ void jsl_barrier_wait(jsl_barrier *barrier, int workers);
 /* Seconds of the monotonic clock, for profiles only: no result may depend on it. */
 double jsl_seconds(void);
 
-/* -- Random numbers (rng.h is inline in this header: counter-based) ------------------------------------- */
+/* -- Random numbers (rng.h is inline in this header: counter-based)
+ * ------------------------------------- */
 
-/* Philox-2x32-like strength is not needed; a 64-bit finaliser over a key and a counter is (Steele, Lea,
- * Flood 2014, "Fast splittable pseudorandom number generators", the mixing function of Stafford's variant 13). */
+/* Philox-2x32-like strength is not needed; a 64-bit finaliser over a key and a counter is (Steele,
+ * Lea, Flood 2014, "Fast splittable pseudorandom number generators", the mixing function of
+ * Stafford's variant 13). */
 static inline uint64_t jsl_mix64(uint64_t x) {
     x ^= x >> 30;
     x *= 0xbf58476d1ce4e5b9ull;
@@ -170,14 +185,16 @@ static inline jsl_real jsl_rng_unit(jsl_rng *rng) {
 /* Uniform in [-1, 1). */
 static inline jsl_real jsl_rng_signed(jsl_rng *rng) { return 2 * jsl_rng_unit(rng) - 1; }
 
-/* -- Hashing (hash.c) ------------------------------------------------------------------------------- */
+/* -- Hashing (hash.c)
+ * ------------------------------------------------------------------------------- */
 
 /* 64-bit hash of bytes; the same on every machine. Fast: several GB/s. Not cryptographic. */
 uint64_t jsl_hash_bytes(const void *data, size_t size, uint64_t seed);
 /* CRC-32C (Castagnoli), as the telemetry schema asks for. Start with crc 0; may be continued. */
 uint32_t jsl_crc32c(uint32_t crc, const void *data, size_t size);
 
-/* -- Map u64 -> u32 (map.c) --------------------------------------------------------------------------- */
+/* -- Map u64 -> u32 (map.c)
+ * --------------------------------------------------------------------------- */
 
 /* Open addressing, linear probing. Key 0 is not allowed. Iteration order is never exposed. */
 typedef struct jsl_map {
@@ -192,13 +209,18 @@ jsl_result jsl_map_set(jsl_memory *memory, jsl_map *map, uint64_t key, uint32_t 
 bool jsl_map_remove(jsl_map *map, uint64_t key);
 void jsl_map_clear(jsl_map *map);
 
-/* -- Sorting (sort.c) --------------------------------------------------------------------------------- */
+/* -- Sorting (sort.c)
+ * --------------------------------------------------------------------------------- */
 
-/* Stable LSD radix sort of n keys with payload; tmp_* are scratch of n. Skips digits that are all equal. */
-void jsl_sort_u64(uint64_t *key, uint32_t *value, uint64_t *tmp_key, uint32_t *tmp_value, int64_t n);
-void jsl_sort_u32(uint32_t *key, uint32_t *value, uint32_t *tmp_key, uint32_t *tmp_value, int64_t n);
+/* Stable LSD radix sort of n keys with payload; tmp_* are scratch of n. Skips digits that are all
+ * equal. */
+void jsl_sort_u64(uint64_t *key, uint32_t *value, uint64_t *tmp_key, uint32_t *tmp_value,
+                  int64_t n);
+void jsl_sort_u32(uint32_t *key, uint32_t *value, uint32_t *tmp_key, uint32_t *tmp_value,
+                  int64_t n);
 
-/* -- Bit sets (bitset.c) -------------------------------------------------------------------------------- */
+/* -- Bit sets (bitset.c)
+ * -------------------------------------------------------------------------------- */
 
 typedef struct jsl_bitset {
     uint64_t *word;
@@ -211,7 +233,9 @@ void jsl_bitset_clear(jsl_bitset *set);
 static inline bool jsl_bitset_get(const jsl_bitset *set, int64_t i) {
     return (i >> 6) < set->words && (set->word[i >> 6] >> (i & 63) & 1);
 }
-static inline void jsl_bitset_on(jsl_bitset *set, int64_t i) { set->word[i >> 6] |= 1ull << (i & 63); }
+static inline void jsl_bitset_on(jsl_bitset *set, int64_t i) {
+    set->word[i >> 6] |= 1ull << (i & 63);
+}
 static inline void jsl_bitset_off(jsl_bitset *set, int64_t i) {
     set->word[i >> 6] &= ~(1ull << (i & 63));
 }
