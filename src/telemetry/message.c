@@ -53,18 +53,14 @@ typedef struct wire_message {
     const wire_field *field;
     int count;
 } wire_message;
-#define TABLE(fields) {fields, JSL_COUNT(fields)}
+#define TABLE(fields)                                                                              \
+    { fields, JSL_COUNT(fields) }
 static const wire_message messages[JSL_LCM_COUNT] = {
-    [JSL_LCM_SCENE] = TABLE(scene_fields),
-    [JSL_LCM_SHAPES] = TABLE(shapes_fields),
-    [JSL_LCM_BODY_INFO] = TABLE(body_info_fields),
-    [JSL_LCM_DIAG] = TABLE(diag_fields),
-    [JSL_LCM_TIMING] = TABLE(timing_fields),
-    [JSL_LCM_STATS] = TABLE(stats_fields),
-    [JSL_LCM_SCHEMA] = TABLE(schema_fields),
-    [JSL_LCM_INDEX] = TABLE(index_fields),
-    [JSL_LCM_KEYFRAME] = TABLE(keyframe_fields),
-    [JSL_LCM_SCENE_TEXT] = TABLE(scene_text_fields),
+    [JSL_LCM_SCENE] = TABLE(scene_fields),         [JSL_LCM_SHAPES] = TABLE(shapes_fields),
+    [JSL_LCM_BODY_INFO] = TABLE(body_info_fields), [JSL_LCM_DIAG] = TABLE(diag_fields),
+    [JSL_LCM_TIMING] = TABLE(timing_fields),       [JSL_LCM_STATS] = TABLE(stats_fields),
+    [JSL_LCM_SCHEMA] = TABLE(schema_fields),       [JSL_LCM_INDEX] = TABLE(index_fields),
+    [JSL_LCM_KEYFRAME] = TABLE(keyframe_fields),   [JSL_LCM_SCENE_TEXT] = TABLE(scene_text_fields),
 };
 static const int wire_size[] = {1, 4, 8, 4, 8, 0};
 static const int member_size[] = {1, 4, 8, 4, 8, sizeof(char *)};
@@ -94,7 +90,8 @@ jsl_lcm_type jsl_lcm_type_of(const uint8_t *data, int64_t size) {
     return JSL_LCM_COUNT;
 }
 
-/* -- Encoding --------------------------------------------------------------------------------------- */
+/* -- Encoding
+ * --------------------------------------------------------------------------------------- */
 
 static int64_t count_of(const wire_field *f, const uint8_t *message) {
     if (f->shape == ONE || f->shape == FIXED) return f->count;
@@ -178,7 +175,8 @@ int64_t jsl_message_encode(jsl_lcm_type type, const void *message, uint8_t *out,
     return size;
 }
 
-/* -- Decoding --------------------------------------------------------------------------------------- */
+/* -- Decoding
+ * --------------------------------------------------------------------------------------- */
 
 typedef struct cursor {
     const uint8_t *at, *end;

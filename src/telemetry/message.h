@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * The messages of lcmtypes/jostle.lcm as C structs, written and read without lcm-gen's code. Floor 6.
+ * The messages of lcmtypes/jostle.lcm as C structs, written and read without lcm-gen's code.
+ * Floor 6.
  *
  * One list of fields per message makes its struct and the table that encodes and decodes it. An
- * encoded message is the fingerprint of its type and then its fields, big-endian, in order; strings are
- * an int32 length that counts the closing NUL, and the bytes. (LCM: docs/content/lcm-type-ref.md.)
+ * encoded message is the fingerprint of its type and then its fields, big-endian, in order; strings
+ * are an int32 length that counts the closing NUL, and the bytes. (LCM:
+ * docs/content/lcm-type-ref.md.)
  */
 #ifndef JSL_TELEMETRY_MESSAGE_H
 #define JSL_TELEMETRY_MESSAGE_H
@@ -40,10 +42,12 @@ typedef enum jsl_lcm_type {
 /* "scene_t" and so on. */
 const char *jsl_lcm_type_name(jsl_lcm_type type);
 uint64_t jsl_lcm_fingerprint(jsl_lcm_type type);
-/* The type whose fingerprint the first 8 bytes are; JSL_LCM_COUNT for a stranger or when size < 8. */
+/* The type whose fingerprint the first 8 bytes are; JSL_LCM_COUNT for a stranger or when size < 8.
+ */
 jsl_lcm_type jsl_lcm_type_of(const uint8_t *data, int64_t size);
 
-/* -- Big-endian scalars ------------------------------------------------------------------------- */
+/* -- Big-endian scalars -------------------------------------------------------------------------
+ */
 
 static inline uint32_t jsl_get_u32(const uint8_t *p) {
     uint32_t v;
@@ -67,10 +71,11 @@ static inline void jsl_put_u64(uint8_t *p, uint64_t v) {
     jsl_put_u32(p + 4, (uint32_t)v);
 }
 
-/* -- Small messages ------------------------------------------------------------------------------- */
+/* -- Small messages -------------------------------------------------------------------------------
+ */
 
-/* F(type, name) one value, A(type, name, n) a fixed array, V(type, name, count) as many as that member
- * says, B(name, count) bytes. */
+/* F(type, name) one value, A(type, name, n) a fixed array, V(type, name, count) as many as that
+ * member says, B(name, count) bytes. */
 #define JSL_STAMP_(F, A, V, B) F(i64, wall_us) F(i64, session) F(i64, step) F(i64, sim_ns)
 #define JSL_MSG_SCENE(F, A, V, B)                                                                  \
     JSL_STAMP_(F, A, V, B)                                                                         \
@@ -225,12 +230,14 @@ typedef const char *jsl_wire_str;
 JSL_SMALL_MESSAGES(JSL_X)
 #undef JSL_X
 
-/* Bytes that the encoded message takes. `message` is the struct of that type (not STATE, COLUMN). Null strings count as "". */
+/* Bytes that the encoded message takes. `message` is the struct of that type (not STATE, COLUMN).
+ * Null strings count as "". */
 int64_t jsl_message_size(jsl_lcm_type type, const void *message);
 /* Writes it to out, which has room for cap bytes; its size, or -1 when it does not fit. */
 int64_t jsl_message_encode(jsl_lcm_type type, const void *message, uint8_t *out, int64_t cap);
-/* Reads any bytes. JSL_ERR_VERSION when the fingerprint is another type's, JSL_ERR_FORMAT unless the message is exactly `size` long and
- * every count and string in it is sound. Arrays come from the arena, strings and bytes stay in data. */
+/* Reads any bytes. JSL_ERR_VERSION when the fingerprint is another type's, JSL_ERR_FORMAT unless
+ * the message is exactly `size` long and every count and string in it is sound. Arrays come from
+ * the arena, strings and bytes stay in data. */
 jsl_result jsl_message_decode(jsl_lcm_type type, const uint8_t *data, int64_t size,
                               jsl_arena *arena, void *message);
 /* Whether the bytes would decode; needs no memory. */
