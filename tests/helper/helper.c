@@ -64,8 +64,7 @@ uint64_t ulp_distance(jsl_real a, jsl_real b) {
     return x > y ? (uint64_t)x - (uint64_t)y : (uint64_t)y - (uint64_t)x;
 }
 
-/* -- Memory: a header before each block keeps what it needs to be checked and freed
- * ------------------- */
+/* -- Memory: a header before each block keeps what it needs to be checked and freed ---- */
 
 typedef struct header {
     void *base;
@@ -120,8 +119,7 @@ void helper_no_leaks(const test_memory *memory, const char *file, int line) {
     _fail(file, line);
 }
 
-/* -- Messages and random numbers ------------------------------------------------------------------
- */
+/* -- Messages and random numbers ------------------------------------------------------- */
 
 static void remember(jsl_log_level level, jsl_result code, const char *text, void *ctx) {
     test_log *log = ctx;

@@ -14,8 +14,7 @@
 
 #include <jostle/math.h>
 
-/* -- Numbers --------------------------------------------------------------------------------------
- */
+/* -- Numbers --------------------------------------------------------------------------- */
 
 /* |a - b| <= tol, with both values in the message. NaN is never close. */
 #define assert_close(a, b, tol)                                                                    \
@@ -37,8 +36,7 @@ double ulp_error(jsl_real got, long double truth);
 /* How many values of the type lie between a and b (0: equal, also -0 and 0). */
 uint64_t ulp_distance(jsl_real a, jsl_real b);
 
-/* -- Memory ---------------------------------------------------------------------------------------
- */
+/* -- Memory ---------------------------------------------------------------------------- */
 
 /* An allocator over malloc that counts, checks sizes and alignment, fills fresh memory with 0xa5
  * and fails on demand: test_memory memory = {.fail_at = 3};   the third call from now fails (0:
@@ -59,8 +57,7 @@ jsl_allocator test_allocator(test_memory *memory);
 #define assert_no_leaks(memory) helper_no_leaks(memory, __FILE__, __LINE__)
 void helper_no_leaks(const test_memory *memory, const char *file, int line);
 
-/* -- Messages -------------------------------------------------------------------------------------
- */
+/* -- Messages -------------------------------------------------------------------------- */
 
 /* Remembers the last line, and how many there were. */
 typedef struct test_log {
@@ -71,8 +68,7 @@ typedef struct test_log {
 } test_log;
 jsl_logger test_logger(test_log *log);
 
-/* -- Random numbers: SplitMix64, independent of the library's -------------------------------------
- */
+/* -- Random numbers: SplitMix64, independent of the library's -------------------------- */
 
 uint64_t test_random(uint64_t *state);
 /* Uniform in [lo, hi). */

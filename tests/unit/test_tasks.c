@@ -79,8 +79,7 @@ static void a_loop_allocates_nothing(void **state) {
     assert_no_leaks(&test);
 }
 
-/* -- A host: one thread a task, or every second task inline
- * ------------------------------------------ */
+/* -- A host: one thread a task, or every second task inline ---------------------------- */
 
 typedef struct host_job {
     jsl_task_fn *fn;
@@ -161,8 +160,7 @@ static void a_host_runs_the_blocks_and_a_region_is_serial_on_it(void **state) {
     assert_i64(memory.calls, 0);
 }
 
-/* -- Regions and barriers ------------------------------------------------------------------------
- */
+/* -- Regions and barriers -------------------------------------------------------------- */
 
 enum { ROUNDS = 300 };
 typedef struct team {
@@ -212,8 +210,7 @@ static void a_barrier_of_one_does_not_wait(void **state) {
     assert_int_equal(barrier.generation, 10);
 }
 
-/* -- Many execs in many threads -------------------------------------------------------------------
- */
+/* -- Many execs in many threads -------------------------------------------------------- */
 
 static void *own_exec(void *arg) {
     int64_t *wrong = arg;
