@@ -55,6 +55,16 @@ typedef struct jsl_ray_hit {
 /* First hit of the segment from..to; false when there is none. A segment that starts inside hits at fraction 0. */
 JSL_API bool jsl_shape_ray(const jsl_shape_desc *shape, jsl_pose pose, jsl_vec3 from, jsl_vec3 to, jsl_ray_hit *out);
 
+/* The nearest points of two placed shapes. */
+typedef struct jsl_gap {
+    jsl_real distance;         /* m, negative when they overlap */
+    jsl_vec3 normal;           /* unit, from A to B */
+    jsl_vec3 point_a, point_b; /* m, world, on the two surfaces; point_b - point_a = distance * normal */
+} jsl_gap;
+/* Signed distance: exact while the shapes are apart and, where a radius is around them, in shallow overlap; deeper it is the
+ * depth that jsl_collide gives. JSL_ERR_ARGUMENT for two planes; else as jsl_shape_check. */
+JSL_API jsl_result jsl_shape_distance(const jsl_shape_desc *a, jsl_pose pose_a, const jsl_shape_desc *b, jsl_pose pose_b, jsl_gap *out);
+
 #define JSL_MAX_MANIFOLD 4
 /* Contact of two placed shapes: up to 4 points sharing one normal. */
 typedef struct jsl_manifold {
