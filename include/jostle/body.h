@@ -164,6 +164,8 @@ typedef struct jsl_rigid_measure {
     double kinetic, potential;  /* J; potential = - sum m scale g.x */
     double momentum[3];         /* kg m/s */
     double angular_momentum[3]; /* kg m^2/s, about the origin */
+    double centre_of_mass[3];   /* m */
+    double max_speed;           /* m/s */
     double max_penetration;     /* m, of the contacts of the last step */
     int64_t pairs;              /* kept by the broad phase */
     int64_t manifolds;          /* with at least one point */

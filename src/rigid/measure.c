@@ -17,7 +17,8 @@ static void add(sum *s, double x) {
 static double value(const sum *s) { return s->total + s->lost; }
 
 typedef struct sums {
-    sum mass, kinetic, potential, p[3], l[3];
+    sum mass, kinetic, potential, p[3], l[3], moment[3];
+    double max_speed_sq;
 } sums;
 
 static void add_body(sums *s, const jsl_rigid_view *v, int64_t r, jsl_vec3 g) {
@@ -46,13 +47,16 @@ static void add_body(sums *s, const jsl_rigid_view *v, int64_t r, jsl_vec3 g) {
         for (int d = 0; d < 3; d++) turn[d] += lb * c[a][d];
     }
     double scale = (double)v->body.gravity_scale[r];
+    double speed_sq = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    if (speed_sq > s->max_speed_sq) s->max_speed_sq = speed_sq;
     add(&s->mass, m);
-    add(&s->kinetic, 0.5 * m * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
+    add(&s->kinetic, 0.5 * m * speed_sq);
     add(&s->kinetic, energy);
     add(&s->potential, -m * scale * ((double)g.x * x[0] + (double)g.y * x[1] + (double)g.z * x[2]));
     for (int d = 0; d < 3; d++) {
         int e = (d + 1) % 3, f = (d + 2) % 3;
         add(&s->p[d], m * u[d]);
+        add(&s->moment[d], m * x[d]);
         add(&s->l[d], m * x[e] * u[f]);
         add(&s->l[d], -m * x[f] * u[e]);
         add(&s->l[d], turn[d]);
@@ -97,7 +101,9 @@ jsl_result jsl_rigid_room_measure(jsl_rigid_room *room, jsl_vec3 gravity, jsl_ri
     out->mass = value(&s.mass), out->kinetic = value(&s.kinetic),
     out->potential = value(&s.potential);
     for (int d = 0; d < 3; d++)
-        out->momentum[d] = value(&s.p[d]), out->angular_momentum[d] = value(&s.l[d]);
+        out->momentum[d] = value(&s.p[d]), out->angular_momentum[d] = value(&s.l[d]),
+        out->centre_of_mass[d] = out->mass > 0 ? value(&s.moment[d]) / out->mass : 0;
+    out->max_speed = sqrt(s.max_speed_sq);
     for (int64_t k = 0; k < room->pair.count; k++) {
         const jsl_rigid_pair *p = &room->pair.at[k];
         out->touching += p->touching;

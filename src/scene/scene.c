@@ -43,8 +43,8 @@ static jsl_result read_file(const char *path, const jsl_logger *logger, char **t
 jsl_result jsl_scene_load(const char *path, const jsl_logger *logger, jsl_scene **out) {
     if (!path || !out) return JSL_ERR_ARGUMENT;
     *out = NULL;
-    char *text;
-    size_t size;
+    char *text = NULL;
+    size_t size = 0;
     JSL_TRY(read_file(path, logger, &text, &size));
     jsl_result result = jsl_scene_parse(path, text, size, logger, out);
     free(text);
