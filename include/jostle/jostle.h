@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * jostle - animates groups of things: particles, flocks, rigid bodies, in one entity-component-system.
- * The whole core; scenes, telemetry and pictures have headers and libraries of their own.
+ * jostle - animates groups of things: particles, flocks, rigid bodies, in one
+ * entity-component-system. The whole core; scenes, telemetry and pictures have headers and
+ * libraries of their own.
  */
 #ifndef JOSTLE_JOSTLE_H
 #define JOSTLE_JOSTLE_H

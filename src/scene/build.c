@@ -9,7 +9,8 @@
 
 #define MAX_COPIES 10000000
 
-/* The reader, the world being made, and the last message of the library, to be told with file and line. */
+/* The reader, the world being made, and the last message of the library, to be told with file and
+ * line. */
 typedef struct builder {
     scene_reader reader;
     jsl_scene *scene;
@@ -25,10 +26,13 @@ static void keep_reason(jsl_log_level level, jsl_result code, const char *text, 
     snprintf(b->reason, sizeof b->reason, "%s", text);
 }
 
-static jsl_result told(builder *b, jsl_result result) { return reader_check(&b->reader, result, b->reason); }
+static jsl_result told(builder *b, jsl_result result) {
+    return reader_check(&b->reader, result, b->reason);
+}
 
 /* Runs `part` on every element of a list. */
-static jsl_result each(builder *b, const char *name, json_t *list, jsl_result (*part)(builder *, json_t *)) {
+static jsl_result each(builder *b, const char *name, json_t *list,
+                       jsl_result (*part)(builder *, json_t *)) {
     if (!list) return JSL_OK;
     JSL_TRY(reader_push_key(&b->reader, name));
     for (size_t i = 0; i < json_array_size(list); i++) {
@@ -41,7 +45,8 @@ static jsl_result each(builder *b, const char *name, json_t *list, jsl_result (*
 }
 
 /* Reads a sub-object by its table, keeping the path. Absent: nothing. */
-static jsl_result sub(builder *b, const char *name, json_t *object, const key_table *table, void *out, uint64_t *present) {
+static jsl_result sub(builder *b, const char *name, json_t *object, const key_table *table,
+                      void *out, uint64_t *present) {
     if (present) *present = 0;
     if (!object) return JSL_OK;
     JSL_TRY(reader_push_key(&b->reader, name));
@@ -50,7 +55,9 @@ static jsl_result sub(builder *b, const char *name, json_t *object, const key_ta
     return JSL_OK;
 }
 
-/* -- Bodies ------------------------------------------------------------------------------------------------- */
+/* -- Bodies
+ * -------------------------------------------------------------------------------------------------
+ */
 
 static jsl_result read_shape(builder *b, json_t *object, jsl_shape *out) {
     scene_shape s = {0};
@@ -59,14 +66,16 @@ static jsl_result read_shape(builder *b, json_t *object, jsl_shape *out) {
     JSL_TRY(reader_push_key(&b->reader, "shape"));
     JSL_TRY(reader_object(&b->reader, object, &table_shape, &s, &present));
     if (present == 0 || (present & (present - 1)) != 0)
-        return reader_fail(&b->reader, JSL_ERR_ARGUMENT, "give exactly one of sphere, box, capsule, plane");
+        return reader_fail(&b->reader, JSL_ERR_ARGUMENT,
+                           "give exactly one of sphere, box, capsule, plane");
     jsl_shape_desc desc = {0};
     if (s.sphere > 0) {
         desc = (jsl_shape_desc){.kind = JSL_SHAPE_SPHERE, .radius = s.sphere};
     } else if (s.capsule) {
         scene_capsule c = {0};
         JSL_TRY(sub(b, "capsule", s.capsule, &table_capsule, &c, NULL));
-        desc = (jsl_shape_desc){.kind = JSL_SHAPE_CAPSULE, .radius = c.radius, .half = {0, 0, c.length / 2}};
+        desc = (jsl_shape_desc){
+            .kind = JSL_SHAPE_CAPSULE, .radius = c.radius, .half = {0, 0, c.length / 2}};
     } else if (present & 8) {
         desc = (jsl_shape_desc){.kind = JSL_SHAPE_PLANE};
     } else {
@@ -90,7 +99,8 @@ static jsl_result find_material(builder *b, const char *name, jsl_material *out)
         }
         const char *near = nearest_word(name, names, n);
         JSL_TRY(reader_push_key(&b->reader, "material"));
-        return reader_fail(&b->reader, JSL_ERR_NAME, "no material \"%s\"%s%s", name, near ? "; there is " : "", near ? near : "");
+        return reader_fail(&b->reader, JSL_ERR_NAME, "no material \"%s\"%s%s", name,
+                           near ? "; there is " : "", near ? near : "");
     }
     jsl_material_desc desc = {JSL_R(0.6), 0};
     JSL_TRY(reader_object(&b->reader, object, &table_material, &desc, NULL));
@@ -121,11 +131,13 @@ typedef struct copies {
 } copies;
 
 static jsl_result read_copies(builder *b, const scene_body *body, copies *c) {
-    *c = (copies){1, 1, 1, {0, 0, 0}, {.count = 1, .layers = 1, .stagger = JSL_R(0.5)}, body->ring != NULL};
+    *c = (copies){
+        1, 1, 1, {0, 0, 0}, {.count = 1, .layers = 1, .stagger = JSL_R(0.5)}, body->ring != NULL};
     scene_grid grid = {.count = {1, 1, 1}};
     JSL_TRY(sub(b, "grid", body->grid, &table_grid, &grid, NULL));
     JSL_TRY(sub(b, "ring", body->ring, &table_ring, &c->ring, NULL));
-    if (body->grid && body->ring) return reader_fail(&b->reader, JSL_ERR_CONFLICT, "give grid or ring, not both");
+    if (body->grid && body->ring)
+        return reader_fail(&b->reader, JSL_ERR_CONFLICT, "give grid or ring, not both");
     c->nx = (int64_t)grid.count.x;
     c->ny = (int64_t)grid.count.y;
     c->nz = (int64_t)grid.count.z;
@@ -134,22 +146,26 @@ static jsl_result read_copies(builder *b, const scene_body *body, copies *c) {
         c->nx = c->ring.count;
         c->nz = c->ring.layers;
     }
-    if (c->nx > MAX_COPIES || c->ny > MAX_COPIES || c->nz > MAX_COPIES || c->nx * c->ny > MAX_COPIES / c->nz)
+    if (c->nx > MAX_COPIES || c->ny > MAX_COPIES || c->nz > MAX_COPIES ||
+        c->nx * c->ny > MAX_COPIES / c->nz)
         return reader_fail(&b->reader, JSL_ERR_LIMIT, "more than %d copies", MAX_COPIES);
     return JSL_OK;
 }
 
-static void place_copy(const copies *c, const jsl_body_desc *first, int64_t x, int64_t y, int64_t z, jsl_body_desc *out) {
+static void place_copy(const copies *c, const jsl_body_desc *first, int64_t x, int64_t y, int64_t z,
+                       jsl_body_desc *out) {
     *out = *first;
     if (!c->in_ring) {
-        jsl_vec3 offset = {(jsl_real)x * c->spacing.x, (jsl_real)y * c->spacing.y, (jsl_real)z * c->spacing.z};
+        jsl_vec3 offset = {(jsl_real)x * c->spacing.x, (jsl_real)y * c->spacing.y,
+                           (jsl_real)z * c->spacing.z};
         out->position = jsl_add(first->position, offset);
         return;
     }
     jsl_real turns = ((jsl_real)x + c->ring.stagger * (jsl_real)(z % 2)) / (jsl_real)c->ring.count;
     jsl_real angle = 2 * JSL_PI * turns, s, k;
     jsl_sin_cos(angle, &s, &k);
-    out->position = jsl_add(first->position, jsl_v3(c->ring.radius * k, c->ring.radius * s, c->ring.rise * (jsl_real)z));
+    out->position = jsl_add(first->position, jsl_v3(c->ring.radius * k, c->ring.radius * s,
+                                                    c->ring.rise * (jsl_real)z));
     out->orientation = jsl_quat_mul(jsl_quat_from_axis_angle(jsl_v3(0, 0, 1), angle),
                                     jsl_quat_normalize(first->orientation));
 }
@@ -176,12 +192,15 @@ static jsl_result build_body(builder *b, json_t *object) {
     JSL_TRY(read_copies(b, &body, &c));
     int64_t count = c.nx * c.ny * c.nz, n = 0;
     jsl_body_desc *desc = malloc((size_t)count * sizeof *desc);
-    if (!desc) return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory for %lld bodies", (long long)count);
+    if (!desc)
+        return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory for %lld bodies",
+                           (long long)count);
     for (int64_t z = 0; z < c.nz; z++)
         for (int64_t y = 0; y < c.ny; y++)
             for (int64_t x = 0; x < c.nx; x++) {
                 place_copy(&c, &body.desc, x, y, z, &desc[n]);
-                if (body.vary > 0) desc[n].rgba = vary_color(body.desc.rgba, body.vary, (uint64_t)n);
+                if (body.vary > 0)
+                    desc[n].rgba = vary_color(body.desc.rgba, body.vary, (uint64_t)n);
                 n++;
             }
     jsl_result result = told(b, jsl_body_create_n(b->world, desc, count, NULL));
@@ -189,7 +208,9 @@ static jsl_result build_body(builder *b, json_t *object) {
     return result;
 }
 
-/* -- Emitters ------------------------------------------------------------------------------------------------- */
+/* -- Emitters
+ * -------------------------------------------------------------------------------------------------
+ */
 
 static jsl_result read_looks(builder *b, json_t *list, jsl_emitter_desc *desc) {
     if (!list) return JSL_OK;
@@ -221,7 +242,9 @@ static jsl_result build_emitter(builder *b, json_t *object) {
     return JSL_OK;
 }
 
-/* -- Flocks ---------------------------------------------------------------------------------------------------- */
+/* -- Flocks
+ * ----------------------------------------------------------------------------------------------------
+ */
 
 static jsl_result build_leader(builder *b, json_t *object, jsl_flock flock, jsl_entity first) {
     scene_leader leader = {.speed = 5};
@@ -230,12 +253,14 @@ static jsl_result build_leader(builder *b, json_t *object, jsl_flock flock, jsl_
     jsl_vec3 point[JSL_FLOCK_MAX_WAYPOINTS];
     size_t n = json_array_size(leader.path);
     if (n > JSL_FLOCK_MAX_WAYPOINTS)
-        return reader_fail(&b->reader, JSL_ERR_LIMIT, "path: at most %d waypoints", JSL_FLOCK_MAX_WAYPOINTS);
+        return reader_fail(&b->reader, JSL_ERR_LIMIT, "path: at most %d waypoints",
+                           JSL_FLOCK_MAX_WAYPOINTS);
     static const key waypoint = {"waypoint", KEY_VEC3, 0, 0, 0, "m", "", NULL, NULL};
     static const key_table table = {"waypoint", &waypoint, 1};
     JSL_TRY(reader_push_key(&b->reader, "path"));
     for (size_t i = 0; i < n; i++) {
-        /* A waypoint is read as the one value of an object, so that its range and its place are told alike. */
+        /* A waypoint is read as the one value of an object, so that its range and its place are
+         * told alike. */
         json_t *wrapped = json_pack("{s:O}", "waypoint", json_array_get(leader.path, i));
         if (!wrapped) return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory");
         jsl_result result = reader_push_index(&b->reader, i);
@@ -246,22 +271,28 @@ static jsl_result build_leader(builder *b, json_t *object, jsl_flock flock, jsl_
     }
     JSL_TRY(told(b, jsl_flock_set_path(b->world, flock, point, (int)n, leader.speed)));
     reader_pop(&b->reader);
-    if (jsl_entity_is_null(first)) return reader_fail(&b->reader, JSL_ERR_STATE, "the flock has no boid that could lead");
+    if (jsl_entity_is_null(first))
+        return reader_fail(&b->reader, JSL_ERR_STATE, "the flock has no boid that could lead");
     JSL_TRY(told(b, jsl_flock_set_leader(b->world, flock, first)));
     reader_pop(&b->reader);
     return JSL_OK;
 }
 
-static jsl_result build_boids(builder *b, const scene_flock *f, jsl_flock flock, jsl_entity *first) {
+static jsl_result build_boids(builder *b, const scene_flock *f, jsl_flock flock,
+                              jsl_entity *first) {
     scene_boids boids = {0};
     *first = (jsl_entity){0};
     JSL_TRY(reader_push_key(&b->reader, "boids"));
     if (f->boids) JSL_TRY(reader_object(&b->reader, f->boids, &table_boids, &boids, NULL));
     if (boids.count > 0) {
         jsl_entity *entity = malloc((size_t)boids.count * sizeof *entity);
-        if (!entity) return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory for %lld boids", (long long)boids.count);
-        jsl_result result = told(b, jsl_boid_create_n(b->world, flock, boids.count, &boids.spawn, entity));
-        if (result == JSL_OK && f->color) result = told(b, jsl_look_set_n(b->world, entity, boids.count, f->color));
+        if (!entity)
+            return reader_fail(&b->reader, JSL_ERR_MEMORY, "out of memory for %lld boids",
+                               (long long)boids.count);
+        jsl_result result =
+            told(b, jsl_boid_create_n(b->world, flock, boids.count, &boids.spawn, entity));
+        if (result == JSL_OK && f->color)
+            result = told(b, jsl_look_set_n(b->world, entity, boids.count, f->color));
         if (result == JSL_OK) *first = entity[0];
         free(entity);
         JSL_TRY(result);
@@ -287,7 +318,9 @@ static jsl_result build_flock(builder *b, json_t *object) {
     return f.leader ? build_leader(b, f.leader, flock, first) : JSL_OK;
 }
 
-/* -- The whole --------------------------------------------------------------------------------------------------- */
+/* -- The whole
+ * ---------------------------------------------------------------------------------------------------
+ */
 
 static uint64_t hash_scene(const jsl_scene *scene) {
     char *text = json_dumps(scene->root, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
@@ -302,10 +335,11 @@ static jsl_result read_info(builder *b, const scene_root *root) {
     snprintf(info->name, sizeof info->name, "%s", root->name ? root->name : "unnamed");
     scene_camera camera = {0};
     JSL_TRY(sub(b, "camera", root->camera, &table_camera, &camera, NULL));
-    info->camera = (jsl_frame_camera){{(float)camera.eye.x, (float)camera.eye.y, (float)camera.eye.z},
-                                      {(float)camera.target.x, (float)camera.target.y, (float)camera.target.z},
-                                      (float)camera.fov,
-                                      (float)camera.orbit};
+    info->camera =
+        (jsl_frame_camera){{(float)camera.eye.x, (float)camera.eye.y, (float)camera.eye.z},
+                           {(float)camera.target.x, (float)camera.target.y, (float)camera.target.z},
+                           (float)camera.fov,
+                           (float)camera.orbit};
     scene_publish publish = {0};
     JSL_TRY(sub(b, "publish", root->publish, &table_publish, &publish, NULL));
     info->particles_hz = publish.particles_hz;
@@ -352,7 +386,9 @@ jsl_result jsl_scene_build(jsl_scene *scene, const jsl_scene_options *options, j
     *out = NULL;
     if (!options) options = &all_defaults;
     const jsl_logger *logger = options->logger.write ? &options->logger : &scene->logger;
-    builder b = {.reader = {.file = scene->name, .text = scene->text, .size = scene->size, .logger = logger}, .scene = scene};
+    builder b = {
+        .reader = {.file = scene->name, .text = scene->text, .size = scene->size, .logger = logger},
+        .scene = scene};
     jsl_result result = build(&b, options);
     if (result != JSL_OK) {
         jsl_world_destroy(b.world);

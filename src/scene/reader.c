@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* -- Where a value stands in the text ------------------------------------------------------------------ */
+/* -- Where a value stands in the text
+ * ------------------------------------------------------------------ */
 
 /* jansson has already accepted the text, so this walk need not be careful about syntax. */
 static size_t skip_space(const scene_reader *r, size_t at) {
@@ -43,10 +44,12 @@ static size_t skip_value(const scene_reader *r, size_t at) {
 
 static bool key_is(const scene_reader *r, size_t at, const char *name) {
     size_t n = strlen(name);
-    return at + n + 2 <= r->size && memcmp(r->text + at + 1, name, n) == 0 && r->text[at + 1 + n] == '"';
+    return at + n + 2 <= r->size && memcmp(r->text + at + 1, name, n) == 0 &&
+           r->text[at + 1 + n] == '"';
 }
 
-/* Offset of the value (or of the key itself when the last part is a key) named by the path; size when it is not in the text. */
+/* Offset of the value (or of the key itself when the last part is a key) named by the path; size
+ * when it is not in the text. */
 static size_t locate(const scene_reader *r) {
     size_t at = skip_space(r, 0), found = at;
     for (int d = 0; d < r->depth; d++) {
@@ -88,8 +91,9 @@ static void path_text(const scene_reader *r, char *out, size_t size) {
     size_t n = 0;
     out[0] = 0;
     for (int d = 0; d < r->depth && n < size; d++) {
-        int w = r->path[d].key ? snprintf(out + n, size - n, "%s%s", d ? "." : "", r->path[d].key)
-                               : snprintf(out + n, size - n, "%s%zu", d ? "." : "", r->path[d].index);
+        int w = r->path[d].key
+                    ? snprintf(out + n, size - n, "%s%s", d ? "." : "", r->path[d].key)
+                    : snprintf(out + n, size - n, "%s%zu", d ? "." : "", r->path[d].index);
         if (w < 0) break;
         n += (size_t)w;
     }
@@ -137,7 +141,8 @@ jsl_result reader_push_index(scene_reader *r, size_t index) {
 
 void reader_pop(scene_reader *r) { r->depth--; }
 
-/* -- Words --------------------------------------------------------------------------------------------- */
+/* -- Words
+ * --------------------------------------------------------------------------------------------- */
 
 static int edit_distance(const char *a, const char *b) {
     int row[64];
@@ -179,7 +184,8 @@ static jsl_result unknown_key(scene_reader *r, const char *name, const key_table
     const char *near = nearest_word(name, names, n);
     JSL_TRY(reader_push_key(r, name));
     jsl_result result =
-        near ? reader_fail(r, JSL_ERR_NAME, "unknown key in %s; the nearest known one is \"%s\"", table->what, near)
+        near ? reader_fail(r, JSL_ERR_NAME, "unknown key in %s; the nearest known one is \"%s\"",
+                           table->what, near)
              : reader_fail(r, JSL_ERR_NAME, "unknown key in %s", table->what);
     reader_pop(r);
     return result;
@@ -187,25 +193,29 @@ static jsl_result unknown_key(scene_reader *r, const char *name, const key_table
 
 bool parse_color(const char *text, uint32_t *rgba) {
     size_t n = strlen(text);
-    if (text[0] != '#' || (n != 7 && n != 9) || strspn(text + 1, "0123456789abcdefABCDEF") != n - 1) return false;
+    if (text[0] != '#' || (n != 7 && n != 9) || strspn(text + 1, "0123456789abcdefABCDEF") != n - 1)
+        return false;
     uint32_t value = (uint32_t)strtoul(text + 1, NULL, 16);
     *rgba = n == 7 ? value << 8 | 0xffu : value;
     return true;
 }
 
-/* -- Values ----------------------------------------------------------------------------------------------- */
+/* -- Values
+ * -----------------------------------------------------------------------------------------------
+ */
 
 static jsl_result read_number(scene_reader *r, json_t *value, const key *k, double *out) {
     if (!json_is_number(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a number");
     double x = json_number_value(value);
     if (!jsl_is_finite((jsl_real)x))
-        return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite, or too large for %s", JSL_PRECISION_TEXT);
+        return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite, or too large for %s",
+                           JSL_PRECISION_TEXT);
     if ((k->lo != 0 || k->hi != 0) && (x < k->lo || x > k->hi)) {
         if (k->hi >= 1e30)
-            return reader_fail(r, JSL_ERR_ARGUMENT, "is %g%s%s: must be at least %g", x, k->unit[0] ? " " : "", k->unit,
-                               k->lo);
-        return reader_fail(r, JSL_ERR_ARGUMENT, "is %g%s%s: must be from %g to %g", x, k->unit[0] ? " " : "", k->unit,
-                           k->lo, k->hi);
+            return reader_fail(r, JSL_ERR_ARGUMENT, "is %g%s%s: must be at least %g", x,
+                               k->unit[0] ? " " : "", k->unit, k->lo);
+        return reader_fail(r, JSL_ERR_ARGUMENT, "is %g%s%s: must be from %g to %g", x,
+                           k->unit[0] ? " " : "", k->unit, k->lo, k->hi);
     }
     *out = x;
     return JSL_OK;
@@ -223,7 +233,8 @@ static jsl_result read_fraction(scene_reader *r, json_t *value, const key *k, do
         b = strtod(from, &end);
         good = end != from;
     }
-    if (!good || *end) return reader_fail(r, JSL_ERR_FORMAT, "must be a number or a fraction such as \"1/60\"");
+    if (!good || *end)
+        return reader_fail(r, JSL_ERR_FORMAT, "must be a number or a fraction such as \"1/60\"");
     json_t *number = json_real(b != 0 ? a / b : 0);
     if (!number) return reader_fail(r, JSL_ERR_NOT_FINITE, "is not finite");
     jsl_result result = read_number(r, number, k, out);
@@ -231,7 +242,8 @@ static jsl_result read_fraction(scene_reader *r, json_t *value, const key *k, do
     return result;
 }
 
-static jsl_result read_numbers(scene_reader *r, json_t *value, const key *k, int count, double *out) {
+static jsl_result read_numbers(scene_reader *r, json_t *value, const key *k, int count,
+                               double *out) {
     if (!json_is_array(value) || json_array_size(value) != (size_t)count)
         return reader_fail(r, JSL_ERR_FORMAT, "must be a list of %d numbers", count);
     for (int i = 0; i < count; i++) {
@@ -245,7 +257,8 @@ static jsl_result read_numbers(scene_reader *r, json_t *value, const key *k, int
 static jsl_result read_choice(scene_reader *r, json_t *value, const key *k, int *out) {
     int n = 0;
     while (k->choices[n]) n++;
-    if (!json_is_string(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a word such as \"%s\"", k->choices[0]);
+    if (!json_is_string(value))
+        return reader_fail(r, JSL_ERR_FORMAT, "must be a word such as \"%s\"", k->choices[0]);
     for (int i = 0; i < n; i++)
         if (strcmp(json_string_value(value), k->choices[i]) == 0) {
             *out = i;
@@ -253,7 +266,8 @@ static jsl_result read_choice(scene_reader *r, json_t *value, const key *k, int 
         }
     const char *near = nearest_word(json_string_value(value), k->choices, n);
     return reader_fail(r, JSL_ERR_NAME, "unknown word \"%s\"; %s \"%s\"", json_string_value(value),
-                       near ? "the nearest known one is" : "known is, for example,", near ? near : k->choices[0]);
+                       near ? "the nearest known one is" : "known is, for example,",
+                       near ? near : k->choices[0]);
 }
 
 static jsl_result read_rotation(scene_reader *r, json_t *value, const key *k, jsl_quat *out) {
@@ -261,19 +275,23 @@ static jsl_result read_rotation(scene_reader *r, json_t *value, const key *k, js
     JSL_TRY(read_numbers(r, value, k, 4, q));
     double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
     if (k->kind == KEY_TURN) {
-        if (n == 0) return reader_fail(r, JSL_ERR_ARGUMENT, "the axis is zero: give [x, y, z, degrees]");
+        if (n == 0)
+            return reader_fail(r, JSL_ERR_ARGUMENT, "the axis is zero: give [x, y, z, degrees]");
         *out = jsl_quat_from_axis_angle(jsl_v3((jsl_real)q[0], (jsl_real)q[1], (jsl_real)q[2]),
                                         (jsl_real)(q[3] * 3.14159265358979323846 / 180));
         return JSL_OK;
     }
     if (n + q[3] * q[3] == 0) return reader_fail(r, JSL_ERR_ARGUMENT, "is the zero quaternion");
-    *out = jsl_quat_normalize((jsl_quat){(jsl_real)q[0], (jsl_real)q[1], (jsl_real)q[2], (jsl_real)q[3]});
+    *out = jsl_quat_normalize(
+        (jsl_quat){(jsl_real)q[0], (jsl_real)q[1], (jsl_real)q[2], (jsl_real)q[3]});
     return JSL_OK;
 }
 
 static jsl_result read_container(scene_reader *r, json_t *value, const key *k, json_t **out) {
-    if (k->kind == KEY_LIST && !json_is_array(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a list");
-    if (k->kind != KEY_LIST && !json_is_object(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be an object");
+    if (k->kind == KEY_LIST && !json_is_array(value))
+        return reader_fail(r, JSL_ERR_FORMAT, "must be a list");
+    if (k->kind != KEY_LIST && !json_is_object(value))
+        return reader_fail(r, JSL_ERR_FORMAT, "must be an object");
     *out = value;
     return JSL_OK;
 }
@@ -284,15 +302,20 @@ static jsl_result read_value(scene_reader *r, json_t *value, const key *k, void 
     case KEY_REAL:
     case KEY_DEGREES:
         JSL_TRY(read_number(r, value, k, x));
-        *(jsl_real *)out = (jsl_real)(k->kind == KEY_REAL ? x[0] : x[0] * 3.14159265358979323846 / 180);
+        *(jsl_real *)out =
+            (jsl_real)(k->kind == KEY_REAL ? x[0] : x[0] * 3.14159265358979323846 / 180);
         return JSL_OK;
-    case KEY_DOUBLE: return read_fraction(r, value, k, out);
+    case KEY_DOUBLE:
+        return read_fraction(r, value, k, out);
     case KEY_INT:
     case KEY_INT32:
-        if (!json_is_integer(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a whole number");
+        if (!json_is_integer(value))
+            return reader_fail(r, JSL_ERR_FORMAT, "must be a whole number");
         JSL_TRY(read_number(r, value, k, x));
-        if (k->kind == KEY_INT) *(int64_t *)out = json_integer_value(value);
-        else *(int *)out = (int)json_integer_value(value);
+        if (k->kind == KEY_INT)
+            *(int64_t *)out = json_integer_value(value);
+        else
+            *(int *)out = (int)json_integer_value(value);
         return JSL_OK;
     case KEY_BOOL:
         if (!json_is_boolean(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be true or false");
@@ -307,22 +330,27 @@ static jsl_result read_value(scene_reader *r, json_t *value, const key *k, void 
         *(jsl_vec3 *)out = jsl_v3((jsl_real)x[0], (jsl_real)x[1], (jsl_real)x[2]);
         return JSL_OK;
     case KEY_QUAT:
-    case KEY_TURN: return read_rotation(r, value, k, out);
+    case KEY_TURN:
+        return read_rotation(r, value, k, out);
     case KEY_COLOR:
         if (!json_is_string(value) || !parse_color(json_string_value(value), out))
             return reader_fail(r, JSL_ERR_FORMAT, "must be a colour \"#rrggbb\" or \"#rrggbbaa\"");
         return JSL_OK;
-    case KEY_CHOICE: return read_choice(r, value, k, out);
+    case KEY_CHOICE:
+        return read_choice(r, value, k, out);
     case KEY_OBJECT:
     case KEY_LIST:
-    case KEY_MAP: return read_container(r, value, k, out);
+    case KEY_MAP:
+        return read_container(r, value, k, out);
     }
     return JSL_ERR_FORMAT;
 }
 
-jsl_result reader_object(scene_reader *r, json_t *object, const key_table *table, void *out, uint64_t *present) {
+jsl_result reader_object(scene_reader *r, json_t *object, const key_table *table, void *out,
+                         uint64_t *present) {
     if (present) *present = 0;
-    if (!json_is_object(object)) return reader_fail(r, JSL_ERR_FORMAT, "must be an object (%s)", table->what);
+    if (!json_is_object(object))
+        return reader_fail(r, JSL_ERR_FORMAT, "must be an object (%s)", table->what);
     const char *name;
     json_t *value;
     json_object_foreach(object, name, value) {

@@ -47,8 +47,8 @@ struct key_table;
 typedef struct key {
     const char *name;
     key_kind kind;
-    size_t offset;       /* of the value in the struct that is filled */
-    double lo, hi;       /* inclusive range of numbers; both 0: any finite */
+    size_t offset; /* of the value in the struct that is filled */
+    double lo, hi; /* inclusive range of numbers; both 0: any finite */
     const char *unit;
     const char *doc;
     const struct key_table *keys; /* of OBJECT, LIST, MAP; null: anything */
@@ -63,7 +63,8 @@ typedef struct key_table {
 } key_table;
 
 /* Fills *out (which holds the defaults) from the object by the table. */
-jsl_result reader_object(scene_reader *r, json_t *object, const key_table *table, void *out, uint64_t *present);
+jsl_result reader_object(scene_reader *r, json_t *object, const key_table *table, void *out,
+                         uint64_t *present);
 
 jsl_result reader_push_key(scene_reader *r, const char *name);
 jsl_result reader_push_index(scene_reader *r, size_t index);

@@ -11,7 +11,8 @@
 
 static jsl_result read_file(const char *path, const jsl_logger *logger, char **text, size_t *size) {
     FILE *file = fopen(path, "rb");
-    if (!file) return jsl_fail(logger, JSL_ERR_IO, "%s: cannot be opened: %s", path, strerror(errno));
+    if (!file)
+        return jsl_fail(logger, JSL_ERR_IO, "%s: cannot be opened: %s", path, strerror(errno));
     char *buffer = NULL;
     size_t used = 0, cap = 0;
     for (;;) {
@@ -51,12 +52,15 @@ jsl_result jsl_scene_load(const char *path, const jsl_logger *logger, jsl_scene 
     return result;
 }
 
-jsl_result jsl_scene_parse(const char *name, const char *text, size_t size, const jsl_logger *logger, jsl_scene **out) {
+jsl_result jsl_scene_parse(const char *name, const char *text, size_t size,
+                           const jsl_logger *logger, jsl_scene **out) {
     if (!name || !text || !out) return JSL_ERR_ARGUMENT;
     *out = NULL;
     json_error_t error;
     json_t *root = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
-    if (!root) return jsl_fail(logger, JSL_ERR_FORMAT, "%s:%d:%d: %s", name, error.line, error.column, error.text);
+    if (!root)
+        return jsl_fail(logger, JSL_ERR_FORMAT, "%s:%d:%d: %s", name, error.line, error.column,
+                        error.text);
     jsl_scene *scene = calloc(1, sizeof *scene);
     if (scene) {
         scene->root = root;
@@ -64,8 +68,10 @@ jsl_result jsl_scene_parse(const char *name, const char *text, size_t size, cons
         scene->text = malloc(size + 1);
     }
     if (!scene || !scene->name || !scene->text) {
-        if (scene) jsl_scene_free(scene);
-        else json_decref(root);
+        if (scene)
+            jsl_scene_free(scene);
+        else
+            json_decref(root);
         return jsl_fail(logger, JSL_ERR_MEMORY, "%s: out of memory", name);
     }
     memcpy(scene->name, name, strlen(name) + 1);
@@ -85,9 +91,11 @@ void jsl_scene_free(jsl_scene *scene) {
     free(scene);
 }
 
-/* -- Setting one value ------------------------------------------------------------------------------------ */
+/* -- Setting one value
+ * ------------------------------------------------------------------------------------ */
 
-/* The container that holds the last part of the path, making objects on the way; null when the path cannot be followed. */
+/* The container that holds the last part of the path, making objects on the way; null when the path
+ * cannot be followed. */
 static json_t *descend(json_t *at, char *path, char **last) {
     for (;;) {
         char *dot = strchr(path, '.');
@@ -120,12 +128,14 @@ jsl_result jsl_scene_set(jsl_scene *scene, const char *assignment) {
     const char *equals = strchr(assignment, '=');
     char path[256];
     if (!equals || equals == assignment || (size_t)(equals - assignment) >= sizeof path)
-        return jsl_fail(log, JSL_ERR_ARGUMENT, "\"%s\": must be KEY=VALUE, such as world.substeps=8", assignment);
+        return jsl_fail(log, JSL_ERR_ARGUMENT,
+                        "\"%s\": must be KEY=VALUE, such as world.substeps=8", assignment);
     memcpy(path, assignment, (size_t)(equals - assignment));
     path[equals - assignment] = 0;
     json_t *value = json_loads(equals + 1, JSON_DECODE_ANY | JSON_REJECT_DUPLICATES, NULL);
     if (!value) value = json_string(equals + 1);
-    if (!value) return jsl_fail(log, JSL_ERR_FORMAT, "\"%s\": the value is not valid UTF-8", assignment);
+    if (!value)
+        return jsl_fail(log, JSL_ERR_FORMAT, "\"%s\": the value is not valid UTF-8", assignment);
     char *last;
     json_t *holder = descend(scene->root, path, &last);
     int failed = -1;
@@ -134,16 +144,21 @@ jsl_result jsl_scene_set(jsl_scene *scene, const char *assignment) {
     } else if (json_is_array(holder)) {
         char *end;
         unsigned long i = strtoul(last, &end, 10);
-        if (*last && !*end && i < json_array_size(holder)) failed = json_array_set(holder, i, value);
+        if (*last && !*end && i < json_array_size(holder))
+            failed = json_array_set(holder, i, value);
     }
     json_decref(value);
-    if (failed) return jsl_fail(log, JSL_ERR_NAME, "\"%s\": the scene has no such place", assignment);
+    if (failed)
+        return jsl_fail(log, JSL_ERR_NAME, "\"%s\": the scene has no such place", assignment);
     return JSL_OK;
 }
 
-/* -- Giving it back ------------------------------------------------------------------------------------------ */
+/* -- Giving it back
+ * ------------------------------------------------------------------------------------------ */
 
-const jsl_scene_info *jsl_scene_get_info(const jsl_scene *scene) { return scene ? &scene->info : NULL; }
+const jsl_scene_info *jsl_scene_get_info(const jsl_scene *scene) {
+    return scene ? &scene->info : NULL;
+}
 
 char *jsl_scene_text(const jsl_scene *scene) {
     return scene ? json_dumps(scene->root, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) : NULL;

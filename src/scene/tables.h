@@ -95,8 +95,8 @@ typedef struct scene_flock {
     uint32_t color;
 } scene_flock;
 
-extern const key_table table_root, table_world, table_wind, table_camera, table_publish, table_material, table_body,
-    table_shape, table_capsule, table_grid, table_ring, table_emitter, table_look, table_bounds, table_flock, table_rule,
-    table_boids, table_leader;
+extern const key_table table_root, table_world, table_wind, table_camera, table_publish,
+    table_material, table_body, table_shape, table_capsule, table_grid, table_ring, table_emitter,
+    table_look, table_bounds, table_flock, table_rule, table_boids, table_leader;
 
 #endif

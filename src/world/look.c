@@ -6,7 +6,8 @@
 JSL_COMPONENT_FIELDS(look, JSL_LOOK_FIELDS);
 
 jsl_result jsl_look_set_n(jsl_world *w, const jsl_entity *entity, int64_t count, uint32_t rgba) {
-    if (!w || (!entity && count > 0) || count < 0) return jsl_world_bad_argument(w, "jsl_look_set_n", "null argument");
+    if (!w || (!entity && count > 0) || count < 0)
+        return jsl_world_bad_argument(w, "jsl_look_set_n", "null argument");
     jsl_component look;
     JSL_TRY(jsl_component_register(
         w->ecs, &(jsl_component_desc){"look", look_fields, JSL_COUNT(look_fields), false}, &look));

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The state as a whole: hash, save, restore. An image is a header, sections with their lengths, and a checksum over all of it:
+ * The state as a whole: hash, save, restore. An image is a header, sections with their lengths, and
+ * a checksum over all of it:
  *
  *   header | clock and settings | shapes | materials | one section a room | the ECS image
  *
@@ -63,7 +64,8 @@ static jsl_vec3 get_vec3(cursor *c) {
     return jsl_v3(x, y, z);
 }
 
-/* -- Clock, settings, shapes, materials ----------------------------------------------------------------------- */
+/* -- Clock, settings, shapes, materials
+ * ----------------------------------------------------------------------- */
 
 static void put_settings(cursor *c, const jsl_world *w) {
     const jsl_world_desc *s = &w->settings;
@@ -128,14 +130,18 @@ static jsl_result get_tables(cursor *c, jsl_world *scratch) {
     JSL_TRY(jsl_array_reserve(scratch->memory, &scratch->material, (int64_t)n + 1));
     for (uint64_t i = 0; i < n; i++) {
         jsl_real friction = (jsl_real)get_real(c), restitution = (jsl_real)get_real(c);
-        scratch->material.at[scratch->material.count++] = (jsl_material_desc){friction, restitution};
+        scratch->material.at[scratch->material.count++] =
+            (jsl_material_desc){friction, restitution};
     }
     return c->bad ? JSL_ERR_FORMAT : JSL_OK;
 }
 
-/* -- Hash ---------------------------------------------------------------------------------------------------- */
+/* -- Hash
+ * ----------------------------------------------------------------------------------------------------
+ */
 
-/* Tables are hashed by content. Shape handles in colliders are STATE, so worlds that numbered equal shapes differently differ. */
+/* Tables are hashed by content. Shape handles in colliders are STATE, so worlds that numbered equal
+ * shapes differently differ. */
 uint64_t jsl_world_hash(jsl_world *w) {
     if (!w) return 0;
     uint8_t bytes[256];
@@ -154,7 +160,9 @@ uint64_t jsl_world_hash(jsl_world *w) {
     return jsl_mix64(hash) + jsl_ecs_hash(w->ecs);
 }
 
-/* -- Save ------------------------------------------------------------------------------------------------------ */
+/* -- Save
+ * ------------------------------------------------------------------------------------------------------
+ */
 
 static size_t room_size(const jsl_world *w, int i) {
     return w->room[i] && w->hooks[i]->save_size ? w->hooks[i]->save_size(w->room[i]) : 0;
@@ -187,7 +195,9 @@ jsl_result jsl_world_save(jsl_world *w, void **bytes, size_t *size) {
     JSL_TRY(put_image(&c, w));
     size_t n = c.used;
     c = (cursor){jsl_alloc(w->memory, n), 0, n, false};
-    if (!c.at) return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY, "out of memory for an image of %zu bytes", n);
+    if (!c.at)
+        return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY,
+                        "out of memory for an image of %zu bytes", n);
     jsl_result result = put_image(&c, w);
     if (result != JSL_OK) {
         jsl_free(w->memory, c.at, n);
@@ -202,20 +212,23 @@ void jsl_world_free_bytes(jsl_world *w, void *bytes, size_t size) {
     if (w && bytes) jsl_free(w->memory, bytes, size);
 }
 
-/* -- Restore ------------------------------------------------------------------------------------------------------ */
+/* -- Restore
+ * ------------------------------------------------------------------------------------------------------
+ */
 
 static jsl_result check_envelope(const jsl_world *w, const uint8_t *bytes, size_t size) {
     const jsl_logger *log = &w->settings.logger;
     if (size < 24) return jsl_fail(log, JSL_ERR_FORMAT, "image: %zu bytes are too few", size);
     cursor c = {(uint8_t *)(uintptr_t)bytes, 0, size, false};
-    if (get_u64(&c) != IMAGE_MAGIC) return jsl_fail(log, JSL_ERR_FORMAT, "image: not of a jostle world");
+    if (get_u64(&c) != IMAGE_MAGIC)
+        return jsl_fail(log, JSL_ERR_FORMAT, "image: not of a jostle world");
     uint64_t version = get_u64(&c);
     c.used = size - 8;
     if (get_u64(&c) != jsl_hash_bytes(bytes, size - 8, IMAGE_VERSION))
         return jsl_fail(log, JSL_ERR_FORMAT, "image: the checksum does not match");
     if (version != IMAGE_VERSION)
-        return jsl_fail(log, JSL_ERR_VERSION, "image: version %llu, this library reads %u", (unsigned long long)version,
-                        IMAGE_VERSION);
+        return jsl_fail(log, JSL_ERR_VERSION, "image: version %llu, this library reads %u",
+                        (unsigned long long)version, IMAGE_VERSION);
     return JSL_OK;
 }
 
@@ -231,7 +244,8 @@ static jsl_result get_rooms(cursor *c, jsl_world *w) {
         c->used += (size_t)n;
         if (n && !(w->room[i] && w->hooks[i]->restore))
             return jsl_fail(&w->settings.logger, JSL_ERR_VERSION,
-                            "image: holds state of a kind that this world has not been told to use (see jsl_world_use_*)");
+                            "image: holds state of a kind that this world has not been told to use "
+                            "(see jsl_world_use_*)");
     }
     uint64_t n = get_u64(c);
     if (c->bad || n > c->size - c->used) return JSL_ERR_FORMAT;
@@ -271,7 +285,8 @@ static jsl_result restore_checked(jsl_world *w, const uint8_t *bytes, size_t siz
 jsl_result jsl_world_restore(jsl_world *w, const void *bytes, size_t size) {
     if (!w || !bytes) return JSL_ERR_ARGUMENT;
     JSL_TRY(check_envelope(w, bytes, size));
-    /* What fails half way is undone: the checksum was right, so that takes a lack of memory or a foreign schema. */
+    /* What fails half way is undone: the checksum was right, so that takes a lack of memory or a
+     * foreign schema. */
     void *before;
     size_t before_size;
     JSL_TRY(jsl_world_save(w, &before, &before_size));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Rigid bodies in a world: jostle/body.h. The room is made by the first call that needs it; handles of shapes and
- * materials are resolved here.
+ * Rigid bodies in a world: jostle/body.h. The room is made by the first call that needs it; handles
+ * of shapes and materials are resolved here.
  */
 #include "rigid/rigid.h"
 #include "world/world_internal.h"
@@ -29,7 +29,9 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
 
 static uint64_t hash(void *room) { return jsl_rigid_room_hash(room); }
 static size_t save_size(void *room) { return jsl_rigid_room_save_size(room); }
-static jsl_result save(void *room, void *bytes, size_t size) { return jsl_rigid_room_save(room, bytes, size); }
+static jsl_result save(void *room, void *bytes, size_t size) {
+    return jsl_rigid_room_save(room, bytes, size);
+}
 static jsl_result restore(void *room, const void *bytes, size_t size) {
     return jsl_rigid_room_restore(room, bytes, size);
 }
@@ -57,34 +59,42 @@ jsl_result jsl_world_use_bodies(jsl_world *w) {
     return ensure(w, &room);
 }
 
-/* -- Creating --------------------------------------------------------------------------------------------- */
+/* -- Creating
+ * --------------------------------------------------------------------------------------------- */
 
-static jsl_result paint(jsl_world *w, const jsl_body_desc *desc, int64_t count, const jsl_body *body) {
+static jsl_result paint(jsl_world *w, const jsl_body_desc *desc, int64_t count,
+                        const jsl_body *body) {
     for (int64_t i = 0; i < count; i++)
         if (desc[i].rgba) JSL_TRY(jsl_look_set_n(w, &body[i].entity, 1, desc[i].rgba));
     return JSL_OK;
 }
 
 /* Handles to values; nothing is changed yet. */
-static jsl_result resolve(jsl_world *w, const jsl_body_desc *desc, int64_t count, jsl_rigid_body_desc *out) {
+static jsl_result resolve(jsl_world *w, const jsl_body_desc *desc, int64_t count,
+                          jsl_rigid_body_desc *out) {
     jsl_material_desc material;
     for (int64_t i = 0; i < count; i++) {
         if (desc[i].shape.id > w->shape.count)
-            return jsl_fail(&w->settings.logger, JSL_ERR_HANDLE, "body %lld: shape %u does not exist", (long long)i,
-                            desc[i].shape.id);
+            return jsl_fail(&w->settings.logger, JSL_ERR_HANDLE,
+                            "body %lld: shape %u does not exist", (long long)i, desc[i].shape.id);
         JSL_TRY(jsl_material_get(w, desc[i].material, &material));
-        out[i] = (jsl_rigid_body_desc){desc[i], desc[i].shape.id ? &w->shape.at[desc[i].shape.id - 1] : NULL};
+        out[i] = (jsl_rigid_body_desc){
+            desc[i], desc[i].shape.id ? &w->shape.at[desc[i].shape.id - 1] : NULL};
     }
     return JSL_OK;
 }
 
-jsl_result jsl_body_create_n(jsl_world *w, const jsl_body_desc *desc, int64_t count, jsl_body *out) {
+jsl_result jsl_body_create_n(jsl_world *w, const jsl_body_desc *desc, int64_t count,
+                             jsl_body *out) {
     jsl_rigid_room *room;
-    if (!desc || count < 0) return jsl_world_bad_argument(w, "jsl_body_create_n", "null desc or negative count");
+    if (!desc || count < 0)
+        return jsl_world_bad_argument(w, "jsl_body_create_n", "null desc or negative count");
     JSL_TRY(ensure(w, &room));
     size_t bytes = (size_t)count * (sizeof(jsl_rigid_body_desc) + sizeof(jsl_body));
     char *scratch = jsl_alloc(w->memory, bytes ? bytes : 1);
-    if (!scratch) return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY, "out of memory for %lld bodies", (long long)count);
+    if (!scratch)
+        return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY, "out of memory for %lld bodies",
+                        (long long)count);
     jsl_rigid_body_desc *full = (jsl_rigid_body_desc *)(void *)scratch;
     jsl_body *body = (jsl_body *)(void *)(full + count);
     jsl_result result = resolve(w, desc, count, full);
@@ -110,7 +120,9 @@ jsl_result jsl_body_destroy(jsl_world *w, jsl_body body) {
     return jsl_rigid_body_destroy(room, body);
 }
 
-/* -- State ---------------------------------------------------------------------------------------------------- */
+/* -- State
+ * ----------------------------------------------------------------------------------------------------
+ */
 
 jsl_result jsl_body_get(jsl_world *w, jsl_body body, jsl_body_state *out) {
     jsl_rigid_room *room;
@@ -154,7 +166,8 @@ jsl_result jsl_body_apply_impulse(jsl_world *w, jsl_body body, jsl_vec3 impulse,
     return jsl_rigid_body_apply_impulse(room, body, impulse, point);
 }
 
-/* -- Settings, contacts, diagnostics ----------------------------------------------------------------------------- */
+/* -- Settings, contacts, diagnostics
+ * ----------------------------------------------------------------------------- */
 
 jsl_result jsl_rigid_set(jsl_world *w, const jsl_rigid_settings *settings) {
     jsl_rigid_room *room;

@@ -56,7 +56,8 @@ jsl_result jsl_flock_get(jsl_world *w, jsl_flock flock, jsl_flock_desc *out) {
     return jsl_flock_room_flock_get(room, flock, out);
 }
 
-jsl_result jsl_flock_set_path(jsl_world *w, jsl_flock flock, const jsl_vec3 *waypoints, int count, jsl_real speed) {
+jsl_result jsl_flock_set_path(jsl_world *w, jsl_flock flock, const jsl_vec3 *waypoints, int count,
+                              jsl_real speed) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
     return jsl_flock_room_set_path(room, flock, waypoints, count, speed);
@@ -68,7 +69,8 @@ jsl_result jsl_flock_set_leader(jsl_world *w, jsl_flock flock, jsl_entity boid) 
     return jsl_flock_room_set_leader(room, flock, boid);
 }
 
-jsl_result jsl_boid_create_n(jsl_world *w, jsl_flock flock, int64_t count, const jsl_boid_spawn *spawn, jsl_entity *out) {
+jsl_result jsl_boid_create_n(jsl_world *w, jsl_flock flock, int64_t count,
+                             const jsl_boid_spawn *spawn, jsl_entity *out) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
     return jsl_flock_room_boid_create_n(room, w->settings.seed, flock, count, spawn, out);

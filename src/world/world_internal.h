@@ -9,8 +9,8 @@
 #include "geometry/geometry.h"
 #include <jostle/world.h>
 
-/* The kinds of thing a world can hold. A room is made by the first call that needs it; world.c knows rooms only by
- * these hooks, so that a program links what it calls. */
+/* The kinds of thing a world can hold. A room is made by the first call that needs it; world.c
+ * knows rooms only by these hooks, so that a program links what it calls. */
 typedef enum jsl_room_slot {
     JSL_ROOM_PARTICLE,
     JSL_ROOM_FLOCK,
@@ -23,7 +23,8 @@ typedef struct jsl_room_hooks {
     void (*destroy)(void *room);
     /* Adds its part to the diagnostics; may be null. */
     void (*measure)(void *room, const jsl_world *world, jsl_diagnostics *out);
-    /* State that is not in components; all four are null when there is none. A failed restore changes nothing. */
+    /* State that is not in components; all four are null when there is none. A failed restore
+     * changes nothing. */
     uint64_t (*hash)(void *room);
     size_t (*save_size)(void *room);
     jsl_result (*save)(void *room, void *bytes, size_t size);

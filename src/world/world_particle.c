@@ -17,7 +17,8 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
         out->particles = jsl_query_count(world->ecs, query);
 }
 
-static const jsl_room_hooks hooks = {.name = "particle", .destroy = destroy, .measure = measure, .forget = forget};
+static const jsl_room_hooks hooks = {
+    .name = "particle", .destroy = destroy, .measure = measure, .forget = forget};
 
 static jsl_result ensure(jsl_world *w, jsl_particle_room **room) {
     if (!w) return JSL_ERR_ARGUMENT;
@@ -40,7 +41,8 @@ jsl_result jsl_emitter_create(jsl_world *w, const jsl_emitter_desc *desc, jsl_em
     return jsl_particle_room_emitter_create(room, desc, out);
 }
 
-jsl_result jsl_emitter_add(jsl_world *w, jsl_entity entity, const jsl_emitter_desc *desc, jsl_emitter *out) {
+jsl_result jsl_emitter_add(jsl_world *w, jsl_entity entity, const jsl_emitter_desc *desc,
+                           jsl_emitter *out) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
     return jsl_particle_room_emitter_add(room, entity, desc, out);
@@ -76,7 +78,8 @@ jsl_result jsl_emitter_alive(jsl_world *w, jsl_emitter emitter, int64_t *out) {
     return jsl_particle_room_emitter_alive(room, emitter, out);
 }
 
-jsl_result jsl_particle_appearance(jsl_world *w, const jsl_rows *rows, uint32_t *rgba, float *size) {
+jsl_result jsl_particle_appearance(jsl_world *w, const jsl_rows *rows, uint32_t *rgba,
+                                   float *size) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
     return jsl_particle_room_colors(room, rows, rgba, size);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * One world with everything in it: the same bits for every number of workers, every instruction set, and after save and
- * restore; no allocation in a step; kinds feel each other.
+ * One world with everything in it: the same bits for every number of workers, every instruction
+ * set, and after save and restore; no allocation in a step; kinds feel each other.
  */
 #include "helper.h"
 
@@ -31,15 +31,41 @@ static mixed make_mixed(const jsl_world_desc *settings) {
     assert_ok(jsl_world_create(&desc, &m.world));
     jsl_world *w = m.world;
     jsl_shape ground = shape_of(w, (jsl_shape_desc){.kind = JSL_SHAPE_PLANE});
-    jsl_shape box = shape_of(w, (jsl_shape_desc){.kind = JSL_SHAPE_BOX, .half = {JSL_R(0.5), JSL_R(0.5), JSL_R(0.5)}});
-    jsl_shape sphere = shape_of(w, (jsl_shape_desc){.kind = JSL_SHAPE_SPHERE, .radius = JSL_R(0.6)});
+    jsl_shape box = shape_of(
+        w, (jsl_shape_desc){.kind = JSL_SHAPE_BOX, .half = {JSL_R(0.5), JSL_R(0.5), JSL_R(0.5)}});
+    jsl_shape sphere =
+        shape_of(w, (jsl_shape_desc){.kind = JSL_SHAPE_SPHERE, .radius = JSL_R(0.6)});
     assert_ok(jsl_body_create(w, &(jsl_body_desc){.shape = ground, .kind = JSL_BODY_STATIC}, NULL));
     for (int i = 0; i < 24; i++)
-        assert_ok(jsl_body_create(w, &(jsl_body_desc){.shape = box, .position = {(jsl_real)(i % 4), (jsl_real)(i / 12), JSL_R(0.5) + (jsl_real)(i / 4 % 3) * JSL_R(1.01)}}, NULL));
-    assert_ok(jsl_body_create(w, &(jsl_body_desc){.shape = sphere, .position = {-6, 0, 2}, .velocity = {9, 0, 2}, .density = 4000}, &m.ball));
-    assert_ok(jsl_emitter_create(w, &(jsl_emitter_desc){.position = {1, 0, 4}, .mode = JSL_EMIT_POISSON, .rate = 4000, .speed = 3, .cone = 1, .life = 1, .life_range = JSL_R(0.3), .drag = JSL_R(0.3), .wind = 1, .restitution = JSL_R(0.4)}, &m.emitter));
+        assert_ok(jsl_body_create(
+            w,
+            &(jsl_body_desc){.shape = box,
+                             .position = {(jsl_real)(i % 4), (jsl_real)(i / 12),
+                                          JSL_R(0.5) + (jsl_real)(i / 4 % 3) * JSL_R(1.01)}},
+            NULL));
+    assert_ok(jsl_body_create(
+        w,
+        &(jsl_body_desc){
+            .shape = sphere, .position = {-6, 0, 2}, .velocity = {9, 0, 2}, .density = 4000},
+        &m.ball));
+    assert_ok(jsl_emitter_create(w,
+                                 &(jsl_emitter_desc){.position = {1, 0, 4},
+                                                     .mode = JSL_EMIT_POISSON,
+                                                     .rate = 4000,
+                                                     .speed = 3,
+                                                     .cone = 1,
+                                                     .life = 1,
+                                                     .life_range = JSL_R(0.3),
+                                                     .drag = JSL_R(0.3),
+                                                     .wind = 1,
+                                                     .restitution = JSL_R(0.4)},
+                                 &m.emitter));
     assert_ok(jsl_flock_create(w, &(jsl_flock_desc){0}, &m.flock));
-    assert_ok(jsl_boid_create_n(w, m.flock, 300, &(jsl_boid_spawn){.centre = {0, 8, 6}, .radius = 6, .velocity = {0, -4, 0}, .velocity_spread = 2}, NULL));
+    assert_ok(jsl_boid_create_n(
+        w, m.flock, 300,
+        &(jsl_boid_spawn){
+            .centre = {0, 8, 6}, .radius = 6, .velocity = {0, -4, 0}, .velocity_spread = 2},
+        NULL));
     return m;
 }
 
@@ -57,13 +83,15 @@ static void the_hash_is_one_for_every_number_of_workers(void **state) {
     (void)state;
     uint64_t want = run(&(jsl_world_desc){.workers = 1}, 90);
     assert_true(want == run(&(jsl_world_desc){.workers = 1}, 90));
-    for (int workers = 2; workers <= 8; workers *= 2) assert_true(want == run(&(jsl_world_desc){.workers = workers}, 90));
+    for (int workers = 2; workers <= 8; workers *= 2)
+        assert_true(want == run(&(jsl_world_desc){.workers = workers}, 90));
 }
 
 static void the_hash_is_one_for_every_instruction_set(void **state) {
     (void)state;
     uint64_t want = run(&(jsl_world_desc){.isa = JSL_ISA_SCALAR}, 90);
-    for (int isa = JSL_ISA_SSE; isa < JSL_ISA_COUNT; isa++) assert_true(want == run(&(jsl_world_desc){.isa = (jsl_isa)isa}, 90));
+    for (int isa = JSL_ISA_SSE; isa < JSL_ISA_COUNT; isa++)
+        assert_true(want == run(&(jsl_world_desc){.isa = (jsl_isa)isa}, 90));
 }
 
 static void a_restored_world_goes_on_as_if_it_had_never_stopped(void **state) {
@@ -79,7 +107,8 @@ static void a_restored_world_goes_on_as_if_it_had_never_stopped(void **state) {
     for (int i = 0; i < 60; i++) {
         assert_ok(jsl_step(a.world, 0, NULL));
         assert_ok(jsl_step(b.world, 0, NULL));
-        if (jsl_world_hash(a.world) != jsl_world_hash(b.world)) fail_msg("the worlds part %d steps after the restore", i + 1);
+        if (jsl_world_hash(a.world) != jsl_world_hash(b.world))
+            fail_msg("the worlds part %d steps after the restore", i + 1);
     }
     /* Into a world that has never held anything. */
     jsl_world *fresh;
@@ -119,15 +148,19 @@ static void particles_rest_on_bodies_and_boids_fly_round_them(void **state) {
     assert_ok(jsl_component_find(ecs, "particle", &particle));
     assert_ok(jsl_component_find(ecs, "boid", &boid));
     jsl_query particles, boids;
-    assert_ok(jsl_query_create(ecs, &(jsl_query_desc){{{position, JSL_READ}, {particle, JSL_READ}}}, &particles));
-    assert_ok(jsl_query_create(ecs, &(jsl_query_desc){{{position, JSL_READ}, {boid, JSL_READ}}}, &boids));
+    assert_ok(jsl_query_create(ecs, &(jsl_query_desc){{{position, JSL_READ}, {particle, JSL_READ}}},
+                               &particles));
+    assert_ok(
+        jsl_query_create(ecs, &(jsl_query_desc){{{position, JSL_READ}, {boid, JSL_READ}}}, &boids));
     for (int i = 0; i < 150; i++) {
         assert_ok(jsl_step(m.world, 0, NULL));
         jsl_rows rows;
         for (jsl_iter it = jsl_query_begin(ecs, particles, 0); jsl_query_next(&it, &rows);)
-            for (int64_t k = 0; k < rows.count; k++) assert_true(jsl_position_of(&rows, 0).pz[k] > JSL_R(-1e-3));
+            for (int64_t k = 0; k < rows.count; k++)
+                assert_true(jsl_position_of(&rows, 0).pz[k] > JSL_R(-1e-3));
         for (jsl_iter it = jsl_query_begin(ecs, boids, 0); jsl_query_next(&it, &rows);)
-            for (int64_t k = 0; k < rows.count; k++) assert_true(jsl_position_of(&rows, 0).pz[k] > 0);
+            for (int64_t k = 0; k < rows.count; k++)
+                assert_true(jsl_position_of(&rows, 0).pz[k] > 0);
     }
     jsl_diagnostics d;
     assert_ok(jsl_world_diagnostics(m.world, &d));
@@ -152,7 +185,8 @@ static void sixty_four_worlds_in_eight_threads_do_not_disturb_each_other(void **
     (void)state;
     pthread_t thread[8];
     uint64_t hash[8] = {0};
-    for (int i = 0; i < 8; i++) assert_int_equal(pthread_create(&thread[i], NULL, worlds_of_a_thread, &hash[i]), 0);
+    for (int i = 0; i < 8; i++)
+        assert_int_equal(pthread_create(&thread[i], NULL, worlds_of_a_thread, &hash[i]), 0);
     for (int i = 0; i < 8; i++) pthread_join(thread[i], NULL);
     uint64_t want = run(&(jsl_world_desc){0}, 6);
     for (int i = 0; i < 8; i++) assert_true(hash[i] == want);

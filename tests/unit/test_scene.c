@@ -43,22 +43,31 @@ static void an_empty_scene_has_the_documented_defaults(void **state) {
 
 static void errors_name_file_line_column_and_key(void **state) {
     (void)state;
-    assert_message("{\n  \"world\": {\n    \"substeps\": 0\n  }\n}", JSL_ERR_ARGUMENT, "s.json:3:5: world.substeps: is 0");
-    assert_message("{\"a b\": 1,\n\n \"bodies\": [{}, 5]}", JSL_ERR_NAME, "s.json:1:2: a b: unknown key");
-    assert_message("{\"bodies\": [\n {\"shape\": {\"sphere\": 1}},\n {\"shape\": {\"sphere\": -1}}]}", JSL_ERR_ARGUMENT,
-                   "s.json:3:13: bodies.1.shape.sphere: is -1 m: must be at least");
-    assert_message("{\"bodies\": [{\"shape\": {\"box\": [1, 2]}}]}", JSL_ERR_FORMAT, "must be a list of 3 numbers");
-    assert_message("{\"bodies\": [{\"shape\": {\"box\": [1, 2, \"x\"]}}]}", JSL_ERR_FORMAT, "bodies.0.shape.box.2: must be a number");
-    assert_message("{\"name\": \"a\\\"{[\", \"seconds\": true}", JSL_ERR_FORMAT, "s.json:1:18: seconds: must be a number");
+    assert_message("{\n  \"world\": {\n    \"substeps\": 0\n  }\n}", JSL_ERR_ARGUMENT,
+                   "s.json:3:5: world.substeps: is 0");
+    assert_message("{\"a b\": 1,\n\n \"bodies\": [{}, 5]}", JSL_ERR_NAME,
+                   "s.json:1:2: a b: unknown key");
+    assert_message(
+        "{\"bodies\": [\n {\"shape\": {\"sphere\": 1}},\n {\"shape\": {\"sphere\": -1}}]}",
+        JSL_ERR_ARGUMENT, "s.json:3:13: bodies.1.shape.sphere: is -1 m: must be at least");
+    assert_message("{\"bodies\": [{\"shape\": {\"box\": [1, 2]}}]}", JSL_ERR_FORMAT,
+                   "must be a list of 3 numbers");
+    assert_message("{\"bodies\": [{\"shape\": {\"box\": [1, 2, \"x\"]}}]}", JSL_ERR_FORMAT,
+                   "bodies.0.shape.box.2: must be a number");
+    assert_message("{\"name\": \"a\\\"{[\", \"seconds\": true}", JSL_ERR_FORMAT,
+                   "s.json:1:18: seconds: must be a number");
     assert_message("[]", JSL_ERR_FORMAT, "must be an object");
-    assert_message("{\"emitters\": [{\"look\": [{\"at\": 2}]}]}", JSL_ERR_ARGUMENT, "emitters.0.look.0.at: is 2");
-    assert_message("{\"materials\": {\"ice\": {\"friction\": -1}}}", JSL_ERR_ARGUMENT, "materials.ice.friction: is -1");
+    assert_message("{\"emitters\": [{\"look\": [{\"at\": 2}]}]}", JSL_ERR_ARGUMENT,
+                   "emitters.0.look.0.at: is 2");
+    assert_message("{\"materials\": {\"ice\": {\"friction\": -1}}}", JSL_ERR_ARGUMENT,
+                   "materials.ice.friction: is -1");
 }
 
 static void what_the_library_refuses_is_told_with_its_place(void **state) {
     (void)state;
     /* Two ways to say the mass: no table knows, the rigid room does. */
-    assert_message("{\"bodies\": [{\"shape\": {\"sphere\": 1}, \"mass\": 1, \"density\": 2}]}", JSL_ERR_CONFLICT, "s.json:1:13: bodies.0:");
+    assert_message("{\"bodies\": [{\"shape\": {\"sphere\": 1}, \"mass\": 1, \"density\": 2}]}",
+                   JSL_ERR_CONFLICT, "s.json:1:13: bodies.0:");
 }
 
 static void a_fraction_is_a_step(void **state) {
@@ -95,17 +104,21 @@ static void copies_stand_where_grid_and_ring_put_them(void **state) {
     assert_ok(jsl_world_diagnostics(w, &d));
     assert_i64(d.bodies, 24);
     jsl_world_destroy(w);
-    assert_ok(build("{\"bodies\": [{\"shape\": {\"sphere\": 0.1}, \"ring\": {\"count\": 4, \"radius\": 2, \"layers\": 2, \"rise\": 1}}]}",
+    assert_ok(build("{\"bodies\": [{\"shape\": {\"sphere\": 0.1}, \"ring\": {\"count\": 4, "
+                    "\"radius\": 2, \"layers\": 2, \"rise\": 1}}]}",
                     NULL, &w));
     assert_ok(jsl_world_diagnostics(w, &d));
     assert_i64(d.bodies, 8);
     jsl_world_destroy(w);
-    assert_message("{\"bodies\": [{\"shape\": {\"sphere\": 1}, \"grid\": {\"count\": [1000000, 1000000, 2]}}]}", JSL_ERR_LIMIT, "copies");
+    assert_message("{\"bodies\": [{\"shape\": {\"sphere\": 1}, \"grid\": {\"count\": [1000000, "
+                   "1000000, 2]}}]}",
+                   JSL_ERR_LIMIT, "copies");
 }
 
 static void the_info_says_what_the_file_says(void **state) {
     (void)state;
-    const char *text = "{\"name\": \"n\", \"seconds\": 3, \"camera\": {\"eye\": [1, 2, 3], \"fov\": 50}, \"publish\": {\"boids_hz\": 12}}";
+    const char *text = "{\"name\": \"n\", \"seconds\": 3, \"camera\": {\"eye\": [1, 2, 3], "
+                       "\"fov\": 50}, \"publish\": {\"boids_hz\": 12}}";
     jsl_scene *scene;
     jsl_world *w;
     assert_ok(jsl_scene_parse("s", text, strlen(text), NULL, &scene));
@@ -138,8 +151,10 @@ static void the_schema_names_every_kind_of_object(void **state) {
     (void)state;
     char *schema = jsl_scene_schema();
     assert_non_null(schema);
-    const char *const words[] = {"substeps", "gust_period", "restitution", "capsule", "poisson", "half_angle", "waypoints", "additionalProperties"};
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) assert_non_null(strstr(schema, words[i]));
+    const char *const words[] = {"substeps", "gust_period", "restitution", "capsule",
+                                 "poisson",  "half_angle",  "waypoints",   "additionalProperties"};
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
+        assert_non_null(strstr(schema, words[i]));
     jsl_scene_free_text(schema);
 }
 

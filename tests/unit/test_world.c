@@ -97,7 +97,9 @@ static void equal_shapes_and_materials_share_a_handle(void **state) {
     assert_int_equal(a.id, c.id);
     assert_int_not_equal(a.id, b.id);
     assert_int_equal(jsl_shape_count(w), 2);
-    assert_result(jsl_shape_create(w, &(jsl_shape_desc){.kind = JSL_SHAPE_SPHERE, .radius = -1}, &a), JSL_ERR_ARGUMENT);
+    assert_result(
+        jsl_shape_create(w, &(jsl_shape_desc){.kind = JSL_SHAPE_SPHERE, .radius = -1}, &a),
+        JSL_ERR_ARGUMENT);
     assert_int_equal(a.id, 0);
     jsl_shape_desc got;
     assert_result(jsl_shape_get(w, (jsl_shape){9}, &got), JSL_ERR_HANDLE);
@@ -111,11 +113,13 @@ static void equal_shapes_and_materials_share_a_handle(void **state) {
     assert_close(d.friction, 0.6, 1e-7);
     assert_result(jsl_material_create(w, &(jsl_material_desc){-1, 0}, &m), JSL_ERR_ARGUMENT);
     assert_result(jsl_material_create(w, &(jsl_material_desc){0, 2}, &m), JSL_ERR_ARGUMENT);
-    assert_result(jsl_material_create(w, &(jsl_material_desc){(jsl_real)NAN, 0}, &m), JSL_ERR_NOT_FINITE);
+    assert_result(jsl_material_create(w, &(jsl_material_desc){(jsl_real)NAN, 0}, &m),
+                  JSL_ERR_NOT_FINITE);
     jsl_world_destroy(w);
 }
 
-/* -- Stages ------------------------------------------------------------------------------------------- */
+/* -- Stages
+ * ------------------------------------------------------------------------------------------- */
 
 static jsl_result note(const jsl_step_context *context, void *user) {
     (void)context;
@@ -138,13 +142,16 @@ static void a_stage_without_work_is_not_entered(void **state) {
     (void)state;
     jsl_world *w = make(NULL);
     char notes[8] = {0}, *end = notes;
-    assert_ok(jsl_system_register(
-        jsl_world_ecs(w),
-        &(jsl_system_desc){.name = "noter", .stage = JSL_STAGE_FORCE, .order = 1000, .run_whole = note, .user = &end}));
+    assert_ok(jsl_system_register(jsl_world_ecs(w), &(jsl_system_desc){.name = "noter",
+                                                                       .stage = JSL_STAGE_FORCE,
+                                                                       .order = 1000,
+                                                                       .run_whole = note,
+                                                                       .user = &end}));
     for (int i = 0; i < 3; i++) assert_ok(jsl_step(w, 0, NULL));
     jsl_profile p;
     jsl_world_profile(w, &p);
-    for (int i = 0; i < JSL_STAGE_COUNT; i++) assert_int_equal(p.entered[i], i == JSL_STAGE_FORCE ? 3 : 0);
+    for (int i = 0; i < JSL_STAGE_COUNT; i++)
+        assert_int_equal(p.entered[i], i == JSL_STAGE_FORCE ? 3 : 0);
     assert_string_equal(notes, "xxx");
     jsl_world_destroy(w);
 }
@@ -173,20 +180,24 @@ static void what_is_solid_is_indexed_only_when_there_is_something(void **state) 
 static void a_step_inside_a_step_is_refused(void **state) {
     (void)state;
     jsl_world *w = make(NULL);
-    assert_ok(jsl_system_register(
-        jsl_world_ecs(w),
-        &(jsl_system_desc){.name = "nested", .stage = JSL_STAGE_FORCE, .order = 1000, .run_whole = step_again, .user = w}));
+    assert_ok(jsl_system_register(jsl_world_ecs(w), &(jsl_system_desc){.name = "nested",
+                                                                       .stage = JSL_STAGE_FORCE,
+                                                                       .order = 1000,
+                                                                       .run_whole = step_again,
+                                                                       .user = w}));
     assert_result(jsl_step(w, 0, NULL), JSL_ERR_STATE);
     jsl_world_destroy(w);
 }
 
-/* -- Images -------------------------------------------------------------------------------------------- */
+/* -- Images
+ * -------------------------------------------------------------------------------------------- */
 
 static jsl_world *furnished(void) {
     jsl_world *w = make(&(jsl_world_desc){.seed = 3, .gravity = {0, 0, -1}, .tag = 7});
     jsl_shape shape;
     jsl_material material;
-    assert_ok(jsl_shape_create(w, &(jsl_shape_desc){.kind = JSL_SHAPE_BOX, .half = {1, 2, 3}}, &shape));
+    assert_ok(
+        jsl_shape_create(w, &(jsl_shape_desc){.kind = JSL_SHAPE_BOX, .half = {1, 2, 3}}, &shape));
     assert_ok(jsl_material_create(w, &(jsl_material_desc){JSL_R(0.25), JSL_R(0.5)}, &material));
     jsl_component position;
     assert_ok(jsl_component_find(jsl_world_ecs(w), "position", &position));
@@ -245,7 +256,8 @@ static void nothing_leaks_when_any_allocation_fails(void **state) {
     for (int64_t n = 1;; n++) {
         test_memory memory = {.fail_at = n};
         jsl_world *w = NULL;
-        jsl_result result = jsl_world_create(&(jsl_world_desc){.allocator = test_allocator(&memory)}, &w);
+        jsl_result result =
+            jsl_world_create(&(jsl_world_desc){.allocator = test_allocator(&memory)}, &w);
         if (result == JSL_OK) {
             jsl_world_destroy(w);
             assert_no_leaks(&memory);

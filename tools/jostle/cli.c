@@ -33,15 +33,17 @@ static void write_line(jsl_log_level level, jsl_result code, const char *text, v
 
 jsl_logger stderr_logger(void) { return (jsl_logger){write_line, NULL}; }
 
-/* -- Options ------------------------------------------------------------------------------------------- */
+/* -- Options
+ * ------------------------------------------------------------------------------------------- */
 
 static void print_help(const command *self, const option_row *rows, int count) {
-    printf("jostle %s - %s\n\nusage: jostle %s %s\n\noptions:\n", self->name, self->summary, self->name, self->usage);
+    printf("jostle %s - %s\n\nusage: jostle %s %s\n\noptions:\n", self->name, self->summary,
+           self->name, self->usage);
     for (int i = 0; i < count; i++) {
         char left[64];
-        snprintf(left, sizeof left, "%s%c%s--%s%s%s", rows[i].letter ? "-" : " ", rows[i].letter ? rows[i].letter : ' ',
-                 rows[i].letter ? ", " : "  ", rows[i].name, rows[i].argument ? " " : "",
-                 rows[i].argument ? rows[i].argument : "");
+        snprintf(left, sizeof left, "%s%c%s--%s%s%s", rows[i].letter ? "-" : " ",
+                 rows[i].letter ? rows[i].letter : ' ', rows[i].letter ? ", " : "  ", rows[i].name,
+                 rows[i].argument ? " " : "", rows[i].argument ? rows[i].argument : "");
         printf("  %-28s %s\n", left, rows[i].help);
     }
     printf("  %-28s %s\n", "-h, --help", "this text");
@@ -49,7 +51,8 @@ static void print_help(const command *self, const option_row *rows, int count) {
     printf("\nexample:\n  %s\n", self->example);
 }
 
-static int bad_value(const command *self, const option_row *row, const char *value, const char *why) {
+static int bad_value(const command *self, const option_row *row, const char *value,
+                     const char *why) {
     return complain(self, EXIT_INPUT, "--%s %s: %s", row->name, value, why);
 }
 
@@ -58,7 +61,8 @@ static int store_number(const command *self, const option_row *row, const char *
     errno = 0;
     if (row->kind == OPTION_INT) {
         long long n = strtoll(value, &end, 10);
-        if (end == value || *end || errno) return bad_value(self, row, value, "must be a whole number");
+        if (end == value || *end || errno)
+            return bad_value(self, row, value, "must be a whole number");
         if ((row->lo != 0 || row->hi != 0) && ((double)n < row->lo || (double)n > row->hi)) {
             char why[80];
             snprintf(why, sizeof why, "must be from %g to %g", row->lo, row->hi);
@@ -79,7 +83,8 @@ static int store_number(const command *self, const option_row *row, const char *
     if (!isfinite(x)) return bad_value(self, row, value, "must be finite");
     if ((row->lo != 0 || row->hi != 0) && (x < row->lo || x > row->hi)) {
         char why[80];
-        snprintf(why, sizeof why, row->hi >= 1e30 ? "must be at least %g" : "must be from %g to %g", row->lo, row->hi);
+        snprintf(why, sizeof why, row->hi >= 1e30 ? "must be at least %g" : "must be from %g to %g",
+                 row->lo, row->hi);
         return bad_value(self, row, value, why);
     }
     *(double *)row->target = x;
@@ -88,8 +93,12 @@ static int store_number(const command *self, const option_row *row, const char *
 
 static int store(const command *self, const option_row *row, const char *value) {
     switch (row->kind) {
-    case OPTION_FLAG: *(bool *)row->target = true; return -1;
-    case OPTION_TEXT: *(const char **)row->target = value; return -1;
+    case OPTION_FLAG:
+        *(bool *)row->target = true;
+        return -1;
+    case OPTION_TEXT:
+        *(const char **)row->target = value;
+        return -1;
     case OPTION_MANY: {
         text_list *list = row->target;
         const char **grown = realloc(list->at, (size_t)(list->count + 1) * sizeof *grown);
@@ -98,16 +107,19 @@ static int store(const command *self, const option_row *row, const char *value) 
         list->at[list->count++] = value;
         return -1;
     }
-    default: return store_number(self, row, value);
+    default:
+        return store_number(self, row, value);
     }
 }
 
-int parse_options(const command *self, const option_row *rows, int count, int argc, char **argv, int *first) {
+int parse_options(const command *self, const option_row *rows, int count, int argc, char **argv,
+                  int *first) {
     struct option longs[MAX_OPTIONS + 2];
     char letters[3 * MAX_OPTIONS + 8] = ":h";
     size_t n = strlen(letters);
     for (int i = 0; i < count; i++) {
-        longs[i] = (struct option){rows[i].name, rows[i].argument ? required_argument : no_argument, NULL, 256 + i};
+        longs[i] = (struct option){rows[i].name, rows[i].argument ? required_argument : no_argument,
+                                   NULL, 256 + i};
         if (rows[i].letter) letters[n++] = rows[i].letter;
         if (rows[i].letter && rows[i].argument) letters[n++] = ':';
     }
@@ -123,7 +135,8 @@ int parse_options(const command *self, const option_row *rows, int count, int ar
         }
         if (c == '?' || c == ':')
             return complain(self, EXIT_INPUT, "%s %s; see jostle %s --help",
-                            c == ':' ? "a value is missing after" : "unknown option", argv[optind - 1], self->name);
+                            c == ':' ? "a value is missing after" : "unknown option",
+                            argv[optind - 1], self->name);
         int i = c - 256;
         if (c < 256)
             for (i = 0; rows[i].letter != c;) i++;
@@ -134,7 +147,9 @@ int parse_options(const command *self, const option_row *rows, int count, int ar
     return -1;
 }
 
-/* -- Signals ----------------------------------------------------------------------------------------------- */
+/* -- Signals
+ * -----------------------------------------------------------------------------------------------
+ */
 
 volatile int stop_requested;
 
@@ -152,7 +167,9 @@ void catch_signals(void) {
     signal(SIGPIPE, SIG_IGN);
 }
 
-/* -- Progress ------------------------------------------------------------------------------------------------ */
+/* -- Progress
+ * ------------------------------------------------------------------------------------------------
+ */
 
 double wall_seconds(void) {
     struct timespec t;
@@ -177,7 +194,8 @@ void progress_show(progress *p, double done, double total, const char *unit) {
     for (int i = 0; i < 40; i++) bar[i] = i < (int)(part * 40) ? '#' : '.';
     bar[40] = 0;
     double left = part > 0 ? (now - p->start) * (1 - part) / part : 0;
-    fprintf(stderr, "\r[%s] %5.1f%%  %.2f / %.2f %s  %.0f s left ", bar, part * 100, done, total, unit, left);
+    fprintf(stderr, "\r[%s] %5.1f%%  %.2f / %.2f %s  %.0f s left ", bar, part * 100, done, total,
+            unit, left);
     fflush(stderr);
 }
 

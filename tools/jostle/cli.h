@@ -25,34 +25,38 @@ typedef struct text_list {
 } text_list;
 
 typedef struct option_row {
-    const char *name;     /* without dashes */
-    char letter;          /* 0: none */
+    const char *name; /* without dashes */
+    char letter;      /* 0: none */
     option_kind kind;
     const char *argument; /* its name in the help; null for flags */
     const char *help;
     void *target;
-    double lo, hi;        /* inclusive range of numbers; both 0: any */
+    double lo, hi; /* inclusive range of numbers; both 0: any */
 } option_row;
 
 typedef struct command {
     const char *name;
-    const char *summary;   /* one line */
-    const char *usage;     /* after "jostle NAME " */
-    const char *details;   /* paragraphs after the options; may be null */
+    const char *summary; /* one line */
+    const char *usage;   /* after "jostle NAME " */
+    const char *details; /* paragraphs after the options; may be null */
     const char *example;
     int (*run)(const struct command *self, int argc, char **argv);
 } command;
 
-/* Parses argv[1..]; *first is the index of the first positional argument (options may follow it: argv is permuted).
- * Returns -1 to go on, or an exit status (0 after --help, 2 after an error that was told). */
-int parse_options(const command *self, const option_row *rows, int count, int argc, char **argv, int *first);
+/* Parses argv[1..]; *first is the index of the first positional argument (options may follow it:
+ * argv is permuted). Returns -1 to go on, or an exit status (0 after --help, 2 after an error that
+ * was told). */
+int parse_options(const command *self, const option_row *rows, int count, int argc, char **argv,
+                  int *first);
 /* One line "jostle NAME: ..." on stderr; returns status. */
-int complain(const command *self, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+int complain(const command *self, int status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* Prints errors and warnings on stderr, each as one line. */
 jsl_logger stderr_logger(void);
 
-/* Set by SIGINT and SIGTERM after catch_signals: finish the present piece of work, close files, leave. */
+/* Set by SIGINT and SIGTERM after catch_signals: finish the present piece of work, close files,
+ * leave. */
 extern volatile int stop_requested;
 void catch_signals(void);
 
@@ -69,6 +73,7 @@ double wall_seconds(void);
 /* "12.3 MB" in a static-free way: writes into text. */
 const char *human_bytes(double bytes, char *text, size_t size);
 
-extern const command command_run, command_log, command_play, command_render, command_bench, command_schema;
+extern const command command_run, command_log, command_play, command_render, command_bench,
+    command_schema;
 
 #endif

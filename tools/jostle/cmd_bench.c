@@ -17,21 +17,24 @@ static const struct bench {
                {"rigid", jsl_bench_rigid},
                {"telemetry", jsl_bench_telemetry}};
 
-/* What emit needs to know; a callback without context keeps the benchmarks simple, and this tool has one thread. */
+/* What emit needs to know; a callback without context keeps the benchmarks simple, and this tool
+ * has one thread. */
 static const char *present;
 static bool as_json;
 
-static void emit(const char *bench_case, int64_t n, int threads, double value, const char *unit, const char *peer,
-                 double peer_value) {
+static void emit(const char *bench_case, int64_t n, int threads, double value, const char *unit,
+                 const char *peer, double peer_value) {
     double ratio = peer && peer_value > 0 ? value / peer_value : 0;
     if (!as_json) {
-        printf("%-10s %-34s n %-9lld threads %d  %10.3f %-14s", present, bench_case, (long long)n, threads, value, unit);
+        printf("%-10s %-34s n %-9lld threads %d  %10.3f %-14s", present, bench_case, (long long)n,
+               threads, value, unit);
         if (peer) printf("  %-22s %10.3f  ratio %.3f", peer, peer_value, ratio);
         putchar('\n');
     } else {
-        json_t *o = json_pack("{s:s s:s s:I s:i s:s s:f s:s}", "bench", present, "case", bench_case, "n", (json_int_t)n,
-                              "threads", threads, "isa", jsl_isa_text(jsl_isa_resolve(JSL_ISA_AUTO)), "value", value, "unit",
-                              unit);
+        json_t *o =
+            json_pack("{s:s s:s s:I s:i s:s s:f s:s}", "bench", present, "case", bench_case, "n",
+                      (json_int_t)n, "threads", threads, "isa",
+                      jsl_isa_text(jsl_isa_resolve(JSL_ISA_AUTO)), "value", value, "unit", unit);
         if (peer) {
             json_object_set_new(o, "peer", json_string(peer));
             json_object_set_new(o, "peer_value", json_real(peer_value));
@@ -46,18 +49,22 @@ static void emit(const char *bench_case, int64_t n, int threads, double value, c
 }
 
 static int run(const command *self, int argc, char **argv) {
-    const option_row rows[] = {{"json", 0, OPTION_FLAG, NULL, "one JSON object a line", &as_json, 0, 0}};
+    const option_row rows[] = {
+        {"json", 0, OPTION_FLAG, NULL, "one JSON object a line", &as_json, 0, 0}};
     int first;
     int status = parse_options(self, rows, 1, argc, argv, &first);
     if (status >= 0) return status;
-    if (first == argc) return complain(self, EXIT_INPUT, "name a benchmark: all, ecs, particles, flock, rigid, telemetry");
+    if (first == argc)
+        return complain(self, EXIT_INPUT,
+                        "name a benchmark: all, ecs, particles, flock, rigid, telemetry");
     for (int a = first; a < argc; a++) {
         bool known = false;
         for (size_t i = 0; i < sizeof benches / sizeof benches[0]; i++) {
             if (strcmp(argv[a], "all") != 0 && strcmp(argv[a], benches[i].name) != 0) continue;
             known = true;
             present = benches[i].name;
-            if (benches[i].run(emit) != 0) return complain(self, EXIT_LOST, "%s could not be measured", present);
+            if (benches[i].run(emit) != 0)
+                return complain(self, EXIT_LOST, "%s could not be measured", present);
         }
         if (!known) return complain(self, EXIT_INPUT, "unknown benchmark \"%s\"", argv[a]);
     }
@@ -68,7 +75,8 @@ const command command_bench = {
     .name = "bench",
     .summary = "time the kernels beside their peers",
     .usage = "all | ecs | particles | flock | rigid | telemetry ... [--json]",
-    .details = "Figures are medians of several interleaved repeats in this run; ratio = ours / peer, smaller is better for times.",
+    .details = "Figures are medians of several interleaved repeats in this run; ratio = ours / "
+               "peer, smaller is better for times.",
     .example = "jostle bench particles --json",
     .run = run,
 };

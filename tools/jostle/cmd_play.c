@@ -12,14 +12,17 @@ static int run(const command *self, int argc, char **argv) {
     double speed = 1;
     bool quiet = false;
     const option_row rows[] = {
-        {"lcm", 0, OPTION_TEXT, "URL", "where to publish (LCM's default, udpm on this machine)", &url, 0, 0},
-        {"speed", 'x', OPTION_REAL, "X", "times the recorded speed in simulated time; 0: as fast as possible (1)", &speed, 0, 1e30},
+        {"lcm", 0, OPTION_TEXT, "URL", "where to publish (LCM's default, udpm on this machine)",
+         &url, 0, 0},
+        {"speed", 'x', OPTION_REAL, "X",
+         "times the recorded speed in simulated time; 0: as fast as possible (1)", &speed, 0, 1e30},
         {"quiet", 'q', OPTION_FLAG, NULL, "no summary, no progress bar", &quiet, 0, 0},
     };
     int first;
     int status = parse_options(self, rows, sizeof rows / sizeof rows[0], argc, argv, &first);
     if (status >= 0) return status;
-    if (argc - first != 1) return complain(self, EXIT_INPUT, "name one log file; see jostle play --help");
+    if (argc - first != 1)
+        return complain(self, EXIT_INPUT, "name one log file; see jostle play --help");
     jsl_logger logger = stderr_logger();
     jsl_log_file *log;
     if (jsl_log_open(argv[first], &logger, &log) != JSL_OK) return EXIT_INPUT;
@@ -39,8 +42,10 @@ static int run(const command *self, int argc, char **argv) {
     char text[32];
     if (!quiet)
         printf("played %lld events, %s in %.2f s%s\n", (long long)stats.events,
-               human_bytes((double)stats.bytes, text, sizeof text), stats.seconds, stop_requested ? " (stopped)" : "");
-    if (stats.errors) complain(self, EXIT_LOST, "%lld events could not be sent or read", (long long)stats.errors);
+               human_bytes((double)stats.bytes, text, sizeof text), stats.seconds,
+               stop_requested ? " (stopped)" : "");
+    if (stats.errors)
+        complain(self, EXIT_LOST, "%lld events could not be sent or read", (long long)stats.errors);
     return result != JSL_OK || stats.errors ? EXIT_LOST : EXIT_DONE;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * jostle render: a log as pictures, a video, or a contact sheet. Workers each read the log and draw every n-th
- * picture; the main thread writes them in order.
+ * jostle render: a log as pictures, a video, or a contact sheet. Workers each read the log and draw
+ * every n-th picture; the main thread writes them in order.
  */
 #include "cli.h"
 
@@ -36,9 +36,12 @@ typedef struct drawer {
     uint8_t *pixels;
 } drawer;
 
-/* -- Drawing ------------------------------------------------------------------------------------------------ */
+/* -- Drawing
+ * ------------------------------------------------------------------------------------------------
+ */
 
-/* Hands one picture over and waits until it has been taken. False when the main thread wants no more. */
+/* Hands one picture over and waits until it has been taken. False when the main thread wants no
+ * more. */
 static bool hand_over(drawer *d, const uint8_t *pixels) {
     pthread_mutex_lock(&d->lock);
     while (d->full && !d->quit) pthread_cond_wait(&d->turn, &d->lock);
@@ -55,11 +58,14 @@ static bool hand_over(drawer *d, const uint8_t *pixels) {
 static bool draw_all(drawer *d, jsl_log_file *log, jsl_renderer *renderer) {
     const render_job *job = d->job;
     jsl_frame frame;
-    if (jsl_log_seek_time(log, job->first_time) != JSL_OK || jsl_log_next_frame(log, &frame) != JSL_OK) return false;
+    if (jsl_log_seek_time(log, job->first_time) != JSL_OK ||
+        jsl_log_next_frame(log, &frame) != JSL_OK)
+        return false;
     jsl_frame next = frame;
     bool more = true;
     for (int64_t i = d->index; i < job->count; i += job->drawers) {
-        /* The last instant at or before the picture's time, with a little slack for dt's rounding. */
+        /* The last instant at or before the picture's time, with a little slack for dt's rounding.
+         */
         double time = job->first_time + (double)i / job->fps + 1e-4;
         while (more && next.time <= time) {
             more = jsl_log_next_frame(log, &next) == JSL_OK;
@@ -77,9 +83,10 @@ static void *drawer_main(void *arg) {
     jsl_logger logger = stderr_logger();
     jsl_log_file *log = NULL;
     jsl_renderer *renderer = NULL;
-    jsl_render_desc desc = {.width = (int)d->job->width, .height = (int)d->job->height, .logger = logger};
-    bool good = jsl_log_open(d->job->path, &logger, &log) == JSL_OK && jsl_renderer_create(&desc, &renderer) == JSL_OK &&
-                draw_all(d, log, renderer);
+    jsl_render_desc desc = {
+        .width = (int)d->job->width, .height = (int)d->job->height, .logger = logger};
+    bool good = jsl_log_open(d->job->path, &logger, &log) == JSL_OK &&
+                jsl_renderer_create(&desc, &renderer) == JSL_OK && draw_all(d, log, renderer);
     jsl_renderer_destroy(renderer);
     jsl_log_close(log);
     pthread_mutex_lock(&d->lock);
@@ -89,7 +96,9 @@ static void *drawer_main(void *arg) {
     return NULL;
 }
 
-/* -- Writing ------------------------------------------------------------------------------------------------ */
+/* -- Writing
+ * ------------------------------------------------------------------------------------------------
+ */
 
 static bool ends_with(const char *text, const char *tail) {
     size_t n = strlen(text), m = strlen(tail);
@@ -97,7 +106,8 @@ static bool ends_with(const char *text, const char *tail) {
 }
 
 static bool is_video(const char *out) {
-    return ends_with(out, ".mp4") || ends_with(out, ".webm") || ends_with(out, ".gif") || ends_with(out, ".mkv");
+    return ends_with(out, ".mp4") || ends_with(out, ".webm") || ends_with(out, ".gif") ||
+           ends_with(out, ".mkv");
 }
 
 /* Exactly one %d or %0Nd, so that the pattern is safe to hand to printf. */
@@ -122,13 +132,16 @@ static FILE *start_ffmpeg(const render_job *job, pid_t *pid) {
         close(ends[0]);
         close(ends[1]);
         if (ends_with(job->out, ".mp4") || ends_with(job->out, ".mkv"))
-            execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size",
-                   size, "-framerate", rate, "-i", "-", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "fast", "-movflags",
+            execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo",
+                   "-pixel_format", "rgb24", "-video_size", size, "-framerate", rate, "-i", "-",
+                   "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "fast", "-movflags",
                    "+faststart", job->out, (char *)NULL);
         else
-            execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size",
-                   size, "-framerate", rate, "-i", "-", job->out, (char *)NULL);
-        fprintf(stderr, "jostle render: ffmpeg is not installed; install it, or write pictures with -o 'frame_%%05d.png'\n");
+            execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo",
+                   "-pixel_format", "rgb24", "-video_size", size, "-framerate", rate, "-i", "-",
+                   job->out, (char *)NULL);
+        fprintf(stderr, "jostle render: ffmpeg is not installed; install it, or write pictures "
+                        "with -o 'frame_%%05d.png'\n");
         _exit(127);
     }
     close(ends[0]);
@@ -143,21 +156,33 @@ typedef struct picture_sink {
     const render_job *job;
     FILE *video;
     pid_t ffmpeg;
-    uint8_t *kept[SHEET_PICTURES]; /* for the contact sheet */
-    int kept_count;
+    jsl_image_sheet shape; /* of the contact sheet */
+    uint8_t *sheet;        /* null: none is wanted */
+    int width, height, kept;
 } picture_sink;
+
+static bool start_sheet(picture_sink *s) {
+    const render_job *job = s->job;
+    if (!job->sheet) return true;
+    int count = job->count < SHEET_PICTURES ? (int)job->count : SHEET_PICTURES;
+    s->shape = (jsl_image_sheet){.count = count,
+                                 .columns = 3,
+                                 .width = (int)job->width,
+                                 .height = (int)job->height,
+                                 .scale_down = 3};
+    if (jsl_image_sheet_size(&s->shape, &s->width, &s->height) != JSL_OK) return false;
+    s->sheet = calloc((size_t)s->width * (size_t)s->height, 3);
+    return s->sheet != NULL;
+}
 
 static bool take_picture(picture_sink *s, int64_t i, const uint8_t *pixels) {
     const render_job *job = s->job;
     size_t bytes = (size_t)(3 * job->width * job->height);
     jsl_logger logger = stderr_logger();
-    if (job->sheet && s->kept_count < SHEET_PICTURES && i >= s->kept_count * (job->count - 1) / (SHEET_PICTURES - 1)) {
-        uint8_t *copy = malloc(bytes);
-        if (copy) {
-            memcpy(copy, pixels, bytes);
-            s->kept[s->kept_count++] = copy;
-        }
-    }
+    int last = s->shape.count - 1;
+    /* The sheet's pictures are spread evenly from the first to the last. */
+    if (s->sheet && s->kept <= last && i >= (last ? s->kept * (job->count - 1) / last : 0))
+        if (jsl_image_sheet_put(&s->shape, s->kept++, pixels, s->sheet) != JSL_OK) return false;
     if (s->video) return fwrite(pixels, 1, bytes, s->video) == bytes;
     if (!job->out) return true;
     char name[4096];
@@ -168,20 +193,8 @@ static bool take_picture(picture_sink *s, int64_t i, const uint8_t *pixels) {
     return jsl_image_write_png(name, pixels, (int)job->width, (int)job->height, &logger) == JSL_OK;
 }
 
-static bool write_sheet(picture_sink *s) {
-    const render_job *job = s->job;
-    jsl_logger logger = stderr_logger();
-    uint8_t *sheet = NULL;
-    int width, height;
-    int columns = s->kept_count < 3 ? s->kept_count : 3;
-    bool good = jsl_image_sheet((const uint8_t *const *)s->kept, s->kept_count, columns, (int)job->width,
-                                (int)job->height, 3, &sheet, &width, &height) == JSL_OK &&
-                jsl_image_write_png(job->sheet, sheet, width, height, &logger) == JSL_OK;
-    free(sheet);
-    return good;
-}
-
 static bool finish(picture_sink *s, bool good) {
+    jsl_logger logger = stderr_logger();
     if (s->video) {
         good = fclose(s->video) == 0 && good;
         int code = 0;
@@ -189,12 +202,15 @@ static bool finish(picture_sink *s, bool good) {
         good = WIFEXITED(code) && WEXITSTATUS(code) == 0 && good;
         if (!good) unlink(s->job->out);
     }
-    if (s->job->sheet && s->kept_count > 0) good = write_sheet(s) && good;
-    for (int i = 0; i < s->kept_count; i++) free(s->kept[i]);
+    if (s->sheet && good)
+        good = jsl_image_write_png(s->job->sheet, s->sheet, s->width, s->height, &logger) == JSL_OK;
+    free(s->sheet);
     return good;
 }
 
-/* -- The command -------------------------------------------------------------------------------------------------- */
+/* -- The command
+ * --------------------------------------------------------------------------------------------------
+ */
 
 static bool start_drawers(drawer *d, const render_job *job) {
     for (int i = 0; i < job->drawers; i++) {
@@ -202,7 +218,8 @@ static bool start_drawers(drawer *d, const render_job *job) {
         d[i].pixels = malloc((size_t)(3 * job->width * job->height));
         pthread_mutex_init(&d[i].lock, NULL);
         pthread_cond_init(&d[i].turn, NULL);
-        if (!d[i].pixels || pthread_create(&d[i].thread, NULL, drawer_main, &d[i]) != 0) d[i].failed = true;
+        if (!d[i].pixels || pthread_create(&d[i].thread, NULL, drawer_main, &d[i]) != 0)
+            d[i].failed = true;
     }
     return true;
 }
@@ -228,6 +245,8 @@ static bool collect(drawer *all, picture_sink *sink, progress *bar) {
 static int render(const command *self, const render_job *job, bool quiet) {
     drawer all[MAX_DRAWERS];
     picture_sink sink = {.job = job};
+    if (!start_sheet(&sink))
+        return complain(self, EXIT_LOST, "out of memory for the contact sheet");
     if (job->out && is_video(job->out)) {
         sink.video = start_ffmpeg(job, &sink.ffmpeg);
         if (!sink.video) return complain(self, EXIT_LOST, "cannot start ffmpeg");
@@ -245,16 +264,23 @@ static int render(const command *self, const render_job *job, bool quiet) {
     }
     progress_end(&bar);
     good = finish(&sink, good) && !stop_requested;
-    if (!good) return complain(self, EXIT_LOST, stop_requested ? "stopped" : "not all pictures could be made");
-    if (!quiet) printf("%lld pictures of %lldx%lld in %.1f s%s%s\n", (long long)job->count, (long long)job->width,
-                       (long long)job->height, wall_seconds() - bar.start, job->out ? " -> " : "", job->out ? job->out : "");
+    if (!good)
+        return complain(self, EXIT_LOST,
+                        stop_requested ? "stopped" : "not all pictures could be made");
+    if (!quiet)
+        printf("%lld pictures of %lldx%lld in %.1f s%s%s\n", (long long)job->count,
+               (long long)job->width, (long long)job->height, wall_seconds() - bar.start,
+               job->out ? " -> " : "", job->out ? job->out : "");
     return EXIT_DONE;
 }
 
 static int plan(const command *self, render_job *job) {
     if (job->out && !is_video(job->out) && !is_pattern(job->out))
-        return complain(self, EXIT_INPUT, "-o %s: must end in .mp4, .webm, .mkv or .gif, or be like 'frame_%%05d.png'", job->out);
-    if (!job->out && !job->sheet) return complain(self, EXIT_INPUT, "say where to: -o FILE or --sheet FILE");
+        return complain(
+            self, EXIT_INPUT,
+            "-o %s: must end in .mp4, .webm, .mkv or .gif, or be like 'frame_%%05d.png'", job->out);
+    if (!job->out && !job->sheet)
+        return complain(self, EXIT_INPUT, "say where to: -o FILE or --sheet FILE");
     jsl_logger logger = stderr_logger();
     jsl_log_file *log;
     if (jsl_log_open(job->path, &logger, &log) != JSL_OK) return EXIT_INPUT;
@@ -266,7 +292,9 @@ static int plan(const command *self, render_job *job) {
         return complain(self, EXIT_INPUT, "%s holds nothing that can be drawn", job->path);
     double from = isnan(job->from) ? info.first_time : fmax(job->from, info.first_time);
     double to = isnan(job->to) ? info.last_time : fmin(job->to, info.last_time);
-    if (to < from) return complain(self, EXIT_INPUT, "the log covers %g .. %g s only", info.first_time, info.last_time);
+    if (to < from)
+        return complain(self, EXIT_INPUT, "the log covers %g .. %g s only", info.first_time,
+                        info.last_time);
     job->first_time = from;
     job->count = 1 + (int64_t)floor((to - from) * job->fps + 1e-3);
     if (job->drawers > job->count) job->drawers = job->count;
@@ -274,24 +302,29 @@ static int plan(const command *self, render_job *job) {
 }
 
 static int run(const command *self, int argc, char **argv) {
-    render_job job = {.fps = 30, .from = NAN, .to = NAN, .width = 1280, .height = 720, .drawers = 2};
+    render_job job = {
+        .fps = 30, .from = NAN, .to = NAN, .width = 1280, .height = 720, .drawers = 2};
     bool quiet = false;
     const option_row rows[] = {
-        {"output", 'o', OPTION_TEXT, "FILE", "video (.mp4 .webm .mkv .gif) or pictures ('frame_%05d.png')", &job.out, 0, 0},
+        {"output", 'o', OPTION_TEXT, "FILE",
+         "video (.mp4 .webm .mkv .gif) or pictures ('frame_%05d.png')", &job.out, 0, 0},
         {"sheet", 0, OPTION_TEXT, "FILE", "contact sheet of 12 pictures (PNG)", &job.sheet, 0, 0},
         {"fps", 0, OPTION_REAL, "N", "pictures per simulated second (30)", &job.fps, 0.001, 10000},
         {"from", 0, OPTION_REAL, "T", "first simulated second", &job.from, 0, 0},
         {"to", 0, OPTION_REAL, "T", "last simulated second", &job.to, 0, 0},
         {"width", 0, OPTION_INT, "N", "pixels, even (1280)", &job.width, 16, 8192},
         {"height", 0, OPTION_INT, "N", "pixels, even (720)", &job.height, 16, 8192},
-        {"workers", 'w', OPTION_INT, "N", "pictures drawn at once (2)", &job.drawers, 1, MAX_DRAWERS},
+        {"workers", 'w', OPTION_INT, "N", "pictures drawn at once (2)", &job.drawers, 1,
+         MAX_DRAWERS},
         {"quiet", 'q', OPTION_FLAG, NULL, "no summary, no progress bar", &quiet, 0, 0},
     };
     int first;
     int status = parse_options(self, rows, sizeof rows / sizeof rows[0], argc, argv, &first);
     if (status >= 0) return status;
-    if (argc - first != 1) return complain(self, EXIT_INPUT, "name one log file; see jostle render --help");
-    if (job.width % 2 || job.height % 2) return complain(self, EXIT_INPUT, "width and height must be even");
+    if (argc - first != 1)
+        return complain(self, EXIT_INPUT, "name one log file; see jostle render --help");
+    if (job.width % 2 || job.height % 2)
+        return complain(self, EXIT_INPUT, "width and height must be even");
     job.path = argv[first];
     status = plan(self, &job);
     if (status >= 0) return status;

@@ -3,9 +3,9 @@
  */
 #include "cli.h"
 
+#include <jostle/jostle.h>
 #include <jostle/scene.h>
 #include <jostle/telemetry.h>
-#include <jostle/jostle.h>
 
 #include <jansson.h>
 #include <math.h>
@@ -30,7 +30,8 @@ typedef struct run_report {
     uint64_t hash;
 } run_report;
 
-/* -- Setting up ------------------------------------------------------------------------------------------ */
+/* -- Setting up
+ * ------------------------------------------------------------------------------------------ */
 
 static int apply_sets(const command *self, jsl_scene *scene, const run_options *o) {
     char text[64];
@@ -52,7 +53,8 @@ static void particle_look(void *arg, const jsl_rows *rows, uint32_t *rgba, float
     jsl_particle_appearance(arg, rows, rgba, size);
 }
 
-static int open_publisher(const run_options *o, jsl_scene *scene, jsl_world *world, jsl_publisher **out) {
+static int open_publisher(const run_options *o, jsl_scene *scene, jsl_world *world,
+                          jsl_publisher **out) {
     *out = NULL;
     if (!o->log && !o->lcm) return -1;
     const jsl_scene_info *info = jsl_scene_get_info(scene);
@@ -69,17 +71,19 @@ static int open_publisher(const run_options *o, jsl_scene *scene, jsl_world *wor
                                .additive = info->additive,
                                .particle_look = particle_look,
                                .particle_look_arg = world,
-                               .when_full = strcmp(o->when_full, "drop") == 0 ? JSL_FULL_DROP_FRAME : JSL_FULL_BLOCK,
+                               .when_full = strcmp(o->when_full, "drop") == 0 ? JSL_FULL_DROP_FRAME
+                                                                              : JSL_FULL_BLOCK,
                                .logger = stderr_logger()};
     jsl_result result = jsl_publisher_create(&desc, world, out);
     jsl_scene_free_text(text);
     return result == JSL_OK ? -1 : EXIT_INPUT;
 }
 
-/* -- Running ---------------------------------------------------------------------------------------------- */
+/* -- Running
+ * ---------------------------------------------------------------------------------------------- */
 
-static jsl_result simulate(jsl_world *world, jsl_publisher *publisher, double seconds, const run_options *o,
-                           run_report *report) {
+static jsl_result simulate(jsl_world *world, jsl_publisher *publisher, double seconds,
+                           const run_options *o, run_report *report) {
     progress bar = progress_start(o->quiet || o->json);
     double start = wall_seconds();
     double dt = (double)jsl_world_settings(world)->dt;
@@ -104,12 +108,14 @@ static jsl_result simulate(jsl_world *world, jsl_publisher *publisher, double se
     return result;
 }
 
-/* -- Reporting ---------------------------------------------------------------------------------------------- */
+/* -- Reporting
+ * ---------------------------------------------------------------------------------------------- */
 
 static double relative(double change, double scale) { return scale > 0 ? change / scale : 0; }
 
 static double distance3(const double *a, const double *b) {
-    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                (a[2] - b[2]) * (a[2] - b[2]));
 }
 
 static double drift3(const double *a, const double *b) {
@@ -120,7 +126,8 @@ static double drift3(const double *a, const double *b) {
 static double energy(const jsl_diagnostics *d) { return d->kinetic_energy + d->potential_energy; }
 
 static double energy_drift(const run_report *r) {
-    return relative(energy(&r->last) - energy(&r->first), fmax(fabs(energy(&r->first)), fabs(energy(&r->last))));
+    return relative(energy(&r->last) - energy(&r->first),
+                    fmax(fabs(energy(&r->first)), fabs(energy(&r->last))));
 }
 
 static json_t *json_of_report(jsl_world *world, const run_report *r, const run_options *o) {
@@ -132,27 +139,31 @@ static json_t *json_of_report(jsl_world *world, const run_report *r, const run_o
     json_t *warnings = json_object(), *stages = json_object();
     for (int i = 0; i < JSL_WARN_COUNT; i++)
         if (r->last.warnings.count[i])
-            json_object_set_new(warnings, jsl_warning_name((jsl_warning)i), json_integer(r->last.warnings.count[i]));
+            json_object_set_new(warnings, jsl_warning_name((jsl_warning)i),
+                                json_integer(r->last.warnings.count[i]));
     for (int i = 0; i < JSL_STAGE_COUNT; i++)
         if (profile.entered[i])
             json_object_set_new(stages, jsl_stage_text((jsl_stage)i),
                                 json_real(1e3 * profile.seconds[i] / (double)profile.steps));
     double sim = jsl_world_time(world);
     json_t *out = json_pack(
-        "{s:s s:I s:f s:f s:f s:i s:s s:s s:s s:{s:I s:I s:i s:I} s:s s:{s:f s:f s:f} s:f s:f s:f s:o s:o}", "scene",
-        r->info.name, "steps", (json_int_t)jsl_world_step_count(world), "sim_seconds", sim, "wall_seconds", r->wall,
-        "real_time_factor", r->wall > 0 ? sim / r->wall : 0.0, "workers", settings->workers, "isa", jsl_isa_text(settings->isa),
-        "precision", JSL_PRECISION_TEXT, "fidelity", "realtime", "entities", "particles", (json_int_t)r->last.particles,
-        "boids", (json_int_t)r->last.boids, "agents", 0, "bodies", (json_int_t)r->last.bodies, "state_hash", hash, "energy",
-        "start", energy(&r->first), "end", energy(&r->last), "drift_rel", energy_drift(r), "momentum_drift_rel",
-        drift3(r->first.momentum, r->last.momentum), "angular_momentum_drift_rel",
-        drift3(r->first.angular_momentum, r->last.angular_momentum), "max_penetration_m", r->max_penetration, "warnings",
-        warnings, "stages_ms", stages);
+        "{s:s s:I s:f s:f s:f s:i s:s s:s s:s s:{s:I s:I s:i s:I} s:s s:{s:f s:f s:f} s:f s:f s:f "
+        "s:o s:o}",
+        "scene", r->info.name, "steps", (json_int_t)jsl_world_step_count(world), "sim_seconds", sim,
+        "wall_seconds", r->wall, "real_time_factor", r->wall > 0 ? sim / r->wall : 0.0, "workers",
+        settings->workers, "isa", jsl_isa_text(settings->isa), "precision", JSL_PRECISION_TEXT,
+        "fidelity", "realtime", "entities", "particles", (json_int_t)r->last.particles, "boids",
+        (json_int_t)r->last.boids, "agents", 0, "bodies", (json_int_t)r->last.bodies, "state_hash",
+        hash, "energy", "start", energy(&r->first), "end", energy(&r->last), "drift_rel",
+        energy_drift(r), "momentum_drift_rel", drift3(r->first.momentum, r->last.momentum),
+        "angular_momentum_drift_rel", drift3(r->first.angular_momentum, r->last.angular_momentum),
+        "max_penetration_m", r->max_penetration, "warnings", warnings, "stages_ms", stages);
     if (out && r->publishing)
         json_object_set_new(out, "log",
                             json_pack("{s:s? s:I s:I s:I s:I s:I}", "path", o->log, "bytes",
-                                      (json_int_t)r->published.log_bytes, "events", (json_int_t)r->published.log_events,
-                                      "frames_offered", (json_int_t)r->published.frames_offered, "frames_sent",
+                                      (json_int_t)r->published.log_bytes, "events",
+                                      (json_int_t)r->published.log_events, "frames_offered",
+                                      (json_int_t)r->published.frames_offered, "frames_sent",
                                       (json_int_t)r->published.frames_sent, "frames_dropped",
                                       (json_int_t)r->published.frames_dropped));
     return out;
@@ -164,24 +175,30 @@ static void print_summary(jsl_world *world, const run_report *r, const run_optio
     const jsl_world_desc *settings = jsl_world_settings(world);
     double sim = jsl_world_time(world);
     char text[32];
-    printf("%s: %llu steps, %.3f s simulated in %.2f s: %.2f x real time (%d worker%s, %s, %s)\n", r->info.name,
-           (unsigned long long)jsl_world_step_count(world), sim, r->wall, r->wall > 0 ? sim / r->wall : 0.0, settings->workers,
-           settings->workers == 1 ? "" : "s", jsl_isa_text(settings->isa), JSL_PRECISION_TEXT);
-    printf("entities     %lld particles, %lld boids, %lld moving bodies, %lld static\n", (long long)r->last.particles,
-           (long long)r->last.boids, (long long)r->last.bodies, (long long)r->last.statics);
+    printf("%s: %llu steps, %.3f s simulated in %.2f s: %.2f x real time (%d worker%s, %s, %s)\n",
+           r->info.name, (unsigned long long)jsl_world_step_count(world), sim, r->wall,
+           r->wall > 0 ? sim / r->wall : 0.0, settings->workers, settings->workers == 1 ? "" : "s",
+           jsl_isa_text(settings->isa), JSL_PRECISION_TEXT);
+    printf("entities     %lld particles, %lld boids, %lld moving bodies, %lld static\n",
+           (long long)r->last.particles, (long long)r->last.boids, (long long)r->last.bodies,
+           (long long)r->last.statics);
     printf("stages       ");
     double staged = 0;
     for (int i = 0; i < JSL_STAGE_COUNT; i++)
         if (profile.entered[i]) {
-            printf("%s %.3f  ", jsl_stage_text((jsl_stage)i), 1e3 * profile.seconds[i] / (double)profile.steps);
+            printf("%s %.3f  ", jsl_stage_text((jsl_stage)i),
+                   1e3 * profile.seconds[i] / (double)profile.steps);
             staged += profile.seconds[i];
         }
-    printf("other %.3f  ms a step\n", profile.steps ? 1e3 * (profile.total - staged) / (double)profile.steps : 0.0);
+    printf("other %.3f  ms a step\n",
+           profile.steps ? 1e3 * (profile.total - staged) / (double)profile.steps : 0.0);
     if (r->last.bodies) {
-        printf("bodies       energy %.4g -> %.4g J (%+.2e), momentum drift %.2e, angular %.2e\n", energy(&r->first),
-               energy(&r->last), energy_drift(r), drift3(r->first.momentum, r->last.momentum),
+        printf("bodies       energy %.4g -> %.4g J (%+.2e), momentum drift %.2e, angular %.2e\n",
+               energy(&r->first), energy(&r->last), energy_drift(r),
+               drift3(r->first.momentum, r->last.momentum),
                drift3(r->first.angular_momentum, r->last.angular_momentum));
-        printf("contacts     %lld now, largest penetration %.2f mm\n", (long long)r->last.contacts, 1e3 * r->max_penetration);
+        printf("contacts     %lld now, largest penetration %.2f mm\n", (long long)r->last.contacts,
+               1e3 * r->max_penetration);
     }
     printf("warnings     ");
     bool any = false;
@@ -192,18 +209,22 @@ static void print_summary(jsl_world *world, const run_report *r, const run_optio
             any = true;
         }
     printf("%s\n", any ? "" : "none");
-    printf("memory       %s, state hash %016llx\n", human_bytes((double)profile.memory_peak_bytes, text, sizeof text),
+    printf("memory       %s, state hash %016llx\n",
+           human_bytes((double)profile.memory_peak_bytes, text, sizeof text),
            (unsigned long long)r->hash);
     if (r->publishing)
-        printf("telemetry    %s%s, %lld events, frames: %lld offered, %lld sent, %lld dropped, %lld decimated, %lld errors%s%s\n",
-               human_bytes((double)r->published.log_bytes, text, sizeof text), o->log ? " logged" : "",
-               (long long)r->published.log_events, (long long)r->published.frames_offered,
-               (long long)r->published.frames_sent, (long long)r->published.frames_dropped,
-               (long long)r->published.frames_decimated, (long long)r->published.send_errors, o->log ? " -> " : "",
-               o->log ? o->log : "");
+        printf("telemetry    %s%s, %lld events, frames: %lld offered, %lld sent, %lld dropped, "
+               "%lld decimated, %lld errors%s%s\n",
+               human_bytes((double)r->published.log_bytes, text, sizeof text),
+               o->log ? " logged" : "", (long long)r->published.log_events,
+               (long long)r->published.frames_offered, (long long)r->published.frames_sent,
+               (long long)r->published.frames_dropped, (long long)r->published.frames_decimated,
+               (long long)r->published.send_errors, o->log ? " -> " : "", o->log ? o->log : "");
 }
 
-/* -- The command ----------------------------------------------------------------------------------------------- */
+/* -- The command
+ * -----------------------------------------------------------------------------------------------
+ */
 
 static int run_scene(const command *self, jsl_scene *scene, const run_options *o) {
     int status = apply_sets(self, scene, o);
@@ -212,7 +233,9 @@ static int run_scene(const command *self, jsl_scene *scene, const run_options *o
     jsl_scene_options options = {.workers = (int)o->workers, .logger = stderr_logger()};
     if (jsl_scene_build(scene, &options, &world) != JSL_OK) return EXIT_INPUT;
     run_report report = {.info = *jsl_scene_get_info(scene)};
-    double seconds = !isnan(o->seconds) ? o->seconds : report.info.seconds > 0 ? report.info.seconds : 10;
+    double seconds = !isnan(o->seconds)        ? o->seconds
+                     : report.info.seconds > 0 ? report.info.seconds
+                                               : 10;
     jsl_publisher *publisher;
     status = open_publisher(o, scene, world, &publisher);
     if (status >= 0) {
@@ -228,7 +251,8 @@ static int run_scene(const command *self, jsl_scene *scene, const run_options *o
         if (result != JSL_OK || report.published.frames_dropped || report.published.send_errors) {
             status = EXIT_LOST;
             complain(self, status, "%lld frames dropped, %lld send errors, %lld log errors",
-                     (long long)report.published.frames_dropped, (long long)report.published.send_errors,
+                     (long long)report.published.frames_dropped,
+                     (long long)report.published.send_errors,
                      (long long)report.published.log_errors);
         }
     }
@@ -248,21 +272,27 @@ static int run_scene(const command *self, jsl_scene *scene, const run_options *o
 static int run(const command *self, int argc, char **argv) {
     run_options o = {.seconds = NAN, .dt = NAN, .seed = -1, .workers = 0, .when_full = "block"};
     const option_row rows[] = {
-        {"seconds", 's', OPTION_REAL, "T", "simulated seconds (the scene's, or 10)", &o.seconds, 0, 1e30},
+        {"seconds", 's', OPTION_REAL, "T", "simulated seconds (the scene's, or 10)", &o.seconds, 0,
+         1e30},
         {"dt", 0, OPTION_REAL, "DT", "step in seconds, such as 1/120", &o.dt, 0, 0},
         {"seed", 0, OPTION_INT, "N", "random seed", &o.seed, 0, 9e18},
-        {"workers", 'w', OPTION_INT, "N", "threads; results never depend on it (1)", &o.workers, 1, 64},
-        {"set", 0, OPTION_MANY, "KEY=VALUE", "change a value of the scene, such as world.substeps=8", &o.set, 0, 0},
+        {"workers", 'w', OPTION_INT, "N", "threads; results never depend on it (1)", &o.workers, 1,
+         64},
+        {"set", 0, OPTION_MANY, "KEY=VALUE",
+         "change a value of the scene, such as world.substeps=8", &o.set, 0, 0},
         {"log", 'l', OPTION_TEXT, "FILE", "write an LCM event log", &o.log, 0, 0},
-        {"lcm", 0, OPTION_TEXT, "URL", "publish live, such as udpm://239.255.76.67:7667?ttl=0 or memq://", &o.lcm, 0, 0},
-        {"when-full", 0, OPTION_TEXT, "block|drop", "when the disk or network is slower than the simulation (block)", &o.when_full, 0, 0},
+        {"lcm", 0, OPTION_TEXT, "URL",
+         "publish live, such as udpm://239.255.76.67:7667?ttl=0 or memq://", &o.lcm, 0, 0},
+        {"when-full", 0, OPTION_TEXT, "block|drop",
+         "when the disk or network is slower than the simulation (block)", &o.when_full, 0, 0},
         {"quiet", 'q', OPTION_FLAG, NULL, "no summary, no progress bar", &o.quiet, 0, 0},
         {"json", 0, OPTION_FLAG, NULL, "print the summary as one JSON object", &o.json, 0, 0},
     };
     int first;
     int status = parse_options(self, rows, sizeof rows / sizeof rows[0], argc, argv, &first);
     if (status >= 0) return status;
-    if (argc - first != 1) return complain(self, EXIT_INPUT, "name one scene file; see jostle run --help");
+    if (argc - first != 1)
+        return complain(self, EXIT_INPUT, "name one scene file; see jostle run --help");
     if (strcmp(o.when_full, "block") != 0 && strcmp(o.when_full, "drop") != 0)
         return complain(self, EXIT_INPUT, "--when-full %s: must be block or drop", o.when_full);
     jsl_logger logger = stderr_logger();
