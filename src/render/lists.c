@@ -28,7 +28,7 @@ static float linear(uint32_t byte) { return powf((float)(byte & 255) / 255, 2.2f
 static void patch_color(const jsl_renderer *r, uint32_t rgba, float alpha, float out[4]) {
     bool night = r->block.screen[3] > 0.5f;
     float dim = night ? 0.35f : 1.0f;
-    if (!rgba) rgba = 0x8b918fff;
+    if (!rgba) rgba = 0x929593ff;
     for (int k = 0; k < 3; k++) out[k] = dim * linear(rgba >> (24 - 8 * k));
     out[3] = alpha;
 }
@@ -44,7 +44,9 @@ static void cut_square(float radius, jsl_plane_patch *out) {
 /* Where the shadows of the span's bodies and birds can fall, relative to the eye: x and y of two
  * corners. */
 static bool shadow_bounds(const jsl_renderer *r, float z, float lo[2], float hi[2]) {
-    if (r->desc.no_shadows) return false;
+    bool casts =
+        r->span.bodies.lo.x <= r->span.bodies.hi.x || r->span.boids.lo.x <= r->span.boids.hi.x;
+    if (r->desc.no_shadows || !casts) return false;
     const jsl_sunview *s = &r->sun;
     /* The map is a square prism along the sun; its four edges meet the ground in a parallelogram.
      */

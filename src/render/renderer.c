@@ -254,15 +254,15 @@ static void make_light(jsl_renderer *r, bool night) {
     jsl_frame_block *b = &r->block;
     float shadows = r->desc.no_shadows ? 0 : 1;
     if (night) {
-        set4(b->sunlight, jsl_f3_make(0.10f, 0.13f, 0.20f), shadows);
-        set4(b->zenith, jsl_f3_make(0.0025f, 0.004f, 0.010f), 0);
-        set4(b->horizon, jsl_f3_make(0.014f, 0.019f, 0.036f), 0);
-        set4(b->bounce, jsl_f3_make(0.006f, 0.007f, 0.010f), 0);
+        set4(b->sunlight, jsl_f3_make(0.26f, 0.33f, 0.48f), shadows);
+        set4(b->zenith, jsl_f3_make(0.007f, 0.011f, 0.028f), 0);
+        set4(b->horizon, jsl_f3_make(0.040f, 0.055f, 0.100f), 0);
+        set4(b->bounce, jsl_f3_make(0.020f, 0.023f, 0.032f), 0);
     } else {
-        set4(b->sunlight, jsl_f3_make(1.55f, 1.42f, 1.20f), shadows);
-        set4(b->zenith, jsl_f3_make(0.075f, 0.20f, 0.46f), 0);
-        set4(b->horizon, jsl_f3_make(0.50f, 0.63f, 0.77f), 0);
-        set4(b->bounce, jsl_f3_make(0.16f, 0.155f, 0.15f), 0);
+        set4(b->sunlight, jsl_f3_make(1.75f, 1.58f, 1.30f), shadows);
+        set4(b->zenith, jsl_f3_make(0.07f, 0.23f, 0.56f), 0);
+        set4(b->horizon, jsl_f3_make(0.56f, 0.72f, 0.88f), 0);
+        set4(b->bounce, jsl_f3_make(0.24f, 0.225f, 0.20f), 0);
     }
 }
 
@@ -296,7 +296,7 @@ static void make_block(jsl_renderer *r, const jsl_frame *frame) {
     b->screen[2] = v->pixel;
     b->screen[3] = frame->additive ? 1 : 0;
     b->grid[0] = cell;
-    b->grid[1] = 0.55f;
+    b->grid[1] = 0.75f;
 }
 
 /* Triples, top row first, from OpenGL's bottom-first quadruples. */

@@ -43,6 +43,7 @@ vec3 tone(vec3 c) {
 vec3 sky(vec3 d) {
     float h = max(d.z, 0.0);
     float t = 1.0 - h;
+    t *= t;
     t = 1.0 - t * t * t;
     float s = max(dot(d, sun.xyz), 0.0);
     s *= s;
@@ -52,16 +53,17 @@ vec3 sky(vec3 d) {
 
 float sunlit(vec3 p, vec3 n) {
     vec3 q = (shadow * vec4(p + n * (1.5 * sun.w), 1.0)).xyz;
+    q.z = min(q.z, 1.0);
     vec2 texel = 1.0 / vec2(textureSize(shadow_map, 0));
-    float s = texture(shadow_map, vec3(q.xy + texel * vec2(-0.4, -1.2), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.2, -0.4), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(0.4, 1.2), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(-1.2, 0.4), q.z));
+    float s = texture(shadow_map, vec3(q.xy + texel * vec2(-1.0, -1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.0, -1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.0, 1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(-1.0, 1.0), q.z));
     return mix(1.0, 0.25 * s, sunlight.w);
 }
 
 vec3 diffuse(vec3 albedo, vec3 n, float light, float open) {
-    vec3 ambient = mix(bounce.rgb, mix(horizon.rgb, zenith.rgb, 0.55) * 0.62, n.z * 0.5 + 0.5);
+    vec3 ambient = mix(bounce.rgb, mix(horizon.rgb, zenith.rgb, 0.45) * vec3(0.78, 0.74, 0.68), n.z * 0.5 + 0.5);
     return albedo * (sunlight.rgb * (max(dot(n, sun.xyz), 0.0) * light) + ambient * open);
 }
 

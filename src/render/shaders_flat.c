@@ -46,7 +46,7 @@ void main() {
     float major = lines(metre, foot, grid.x * 10.0, 1.6, 0.030 * grid.x);
     float light = SHADED ? sunlit(place, n) : 1.0;
     vec3 albedo = plane[4].rgb;
-    vec3 mark = screen.w > 0.5 ? albedo * 2.2 : albedo * 0.5;
+    vec3 mark = screen.w > 0.5 ? albedo * 2.2 : albedo * 0.42;
     albedo = mix(albedo, mark, grid.y * max(0.55 * minor, major));
     float open = 1.0;
     if (LEVEL) {
@@ -83,7 +83,7 @@ float star(vec3 d) {
     vec3 p = floor(d * 160.0);
     float h = fract(sin(dot(p, vec3(12.99, 78.23, 37.72))) * 43758.5);
     vec3 f = d * 160.0 - p - 0.5;
-    return h > 0.9965 ? max(0.0, 1.0 - 5.0 * dot(f, f)) * (h - 0.9965) * 280.0 : 0.0;
+    return h > 0.985 ? max(0.0, 1.0 - 5.0 * dot(f, f)) * (h - 0.985) * 40.0 : 0.0;
 }
 
 void main() {
