@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * jostle/base.h - results, versions, and the three hooks a host may supply: memory, messages, tasks.
+ * jostle/base.h - results, versions, and the three hooks a host may supply: memory, messages,
+ * tasks.
  *
- * Everything fallible returns a jsl_result, in every build. On failure the callee changed nothing, and
- * logged one line that names the offender through the logger of the object concerned. Nothing in the
- * library exits, aborts or prints. All quantities are SI. Floor 0.
+ * Everything fallible returns a jsl_result, in every build. On failure the callee changed nothing,
+ * and logged one line that names the offender through the logger of the object concerned. Nothing
+ * in the library exits, aborts or prints. All quantities are SI. Floor 0.
  */
 #ifndef JOSTLE_BASE_H
 #define JOSTLE_BASE_H
@@ -45,7 +46,7 @@ typedef float jsl_real;
 /* A literal in the scalar type: JSL_R(0.5). */
 #define JSL_R(x) ((jsl_real)(x))
 
-/* -- Results ---------------------------------------------------------------------------------- */
+/* -- Results --------------------------------------------------------------------------- */
 
 /* X(code, text). Zero is success; every failure is positive. */
 #define JSL_RESULTS(X)                                                                             \
@@ -79,18 +80,18 @@ JSL_API const char *jsl_result_text(jsl_result result);
 JSL_API const char *jsl_version(void);
 JSL_API bool jsl_is_double(void);
 
-/* -- Memory ----------------------------------------------------------------------------------- */
+/* -- Memory ---------------------------------------------------------------------------- */
 
 /* alloc returns size bytes aligned to align (a power of two >= 8) or null; free gets the size that
- * was asked for. A zeroed allocator means the C library's. ctx is passed back. Both must be callable
- * from any thread that uses the object concerned. */
+ * was asked for. A zeroed allocator means the C library's. ctx is passed back. Both must be
+ * callable from any thread that uses the object concerned. */
 typedef struct jsl_allocator {
     void *(*alloc)(size_t size, size_t align, void *ctx);
     void (*free)(void *ptr, size_t size, void *ctx);
     void *ctx;
 } jsl_allocator;
 
-/* -- Messages --------------------------------------------------------------------------------- */
+/* -- Messages -------------------------------------------------------------------------- */
 
 typedef enum jsl_log_level { JSL_LOG_ERROR, JSL_LOG_WARNING, JSL_LOG_INFO } jsl_log_level;
 
@@ -100,13 +101,14 @@ typedef struct jsl_logger {
     void *ctx;
 } jsl_logger;
 
-/* -- Tasks ------------------------------------------------------------------------------------ */
+/* -- Tasks ----------------------------------------------------------------------------- */
 
 typedef void jsl_task_fn(void *arg);
 
-/* A host's job system. enqueue starts fn(arg) on some thread and returns a handle (null: it already ran inline);
- * finish waits for that handle. workers is the number of threads that may run at once, the caller
- * included. A zeroed struct means: run everything on the calling thread. Results never depend on it. */
+/* A host's job system. enqueue starts fn(arg) on some thread and returns a handle (null: it already
+ * ran inline); finish waits for that handle. workers is the number of threads that may run at once,
+ * the caller included. A zeroed struct means: run everything on the calling thread. Results never
+ * depend on it. */
 typedef struct jsl_tasks {
     void *(*enqueue)(jsl_task_fn *fn, void *arg, void *ctx);
     void (*finish)(void *handle, void *ctx);
@@ -114,10 +116,11 @@ typedef struct jsl_tasks {
     int workers;
 } jsl_tasks;
 
-/* -- Instruction sets -------------------------------------------------------------------------- */
+/* -- Instruction sets ------------------------------------------------------------------ */
 
-/* Kernels exist once per level, and give the same bits at each. JSL_ISA_AUTO picks the widest that this CPU
- * has, or the one that the environment variable JSL_ISA names (scalar, sse, avx2, avx512). */
+/* Kernels exist once per level, and give the same bits at each. JSL_ISA_AUTO picks the widest that
+ * this CPU has, or the one that the environment variable JSL_ISA names (scalar, sse, avx2, avx512).
+ */
 typedef enum jsl_isa {
     JSL_ISA_AUTO,
     JSL_ISA_SCALAR,
@@ -130,8 +133,8 @@ typedef enum jsl_isa {
 /* "scalar", "sse", "avx2", "avx512", or "auto". */
 JSL_API const char *jsl_isa_text(jsl_isa isa);
 
-/* Resolves AUTO as told above; any other level is returned if this CPU can run it, else the widest it
- * can. Never AUTO. */
+/* Resolves AUTO as told above; any other level is returned if this CPU can run it, else the widest
+ * it can. Never AUTO. */
 JSL_API jsl_isa jsl_isa_resolve(jsl_isa isa);
 
 #ifdef __cplusplus

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * jostle/math.h - vectors, quaternions and small matrices as plain values.
  *
- * Right-handed. Quaternions are (x, y, z, w), unit, body to world. Everything here is a handful of IEEE
- * operations in a fixed order, so that every build gives the same bits. sin, cos and atan2 are ours
- * because those of C libraries differ from one another. Floor 1.
+ * Right-handed. Quaternions are (x, y, z, w), unit, body to world. Everything here is a handful of
+ * IEEE operations in a fixed order, so that every build gives the same bits. sin, cos and atan2 are
+ * ours because those of C libraries differ from one another. Floor 1.
  */
 #ifndef JOSTLE_MATH_H
 #define JOSTLE_MATH_H
@@ -47,7 +47,14 @@ static inline jsl_real jsl_sqrt(jsl_real x) {
     return sqrtf(x);
 #endif
 }
-static inline jsl_real jsl_abs(jsl_real x) { return x < 0 ? -x : x; }
+/* Clears the sign bit, also of zeros and NaN. */
+static inline jsl_real jsl_abs(jsl_real x) {
+#ifdef JSL_DOUBLE
+    return fabs(x);
+#else
+    return fabsf(x);
+#endif
+}
 static inline jsl_real jsl_min(jsl_real a, jsl_real b) { return a < b ? a : b; }
 static inline jsl_real jsl_max(jsl_real a, jsl_real b) { return a > b ? a : b; }
 static inline jsl_real jsl_clamp(jsl_real x, jsl_real lo, jsl_real hi) {
@@ -70,9 +77,7 @@ static inline jsl_vec3 jsl_scale(jsl_vec3 a, jsl_real s) {
 static inline jsl_vec3 jsl_mul_add(jsl_vec3 a, jsl_real s, jsl_vec3 b) {
     return jsl_v3(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z);
 }
-static inline jsl_real jsl_dot(jsl_vec3 a, jsl_vec3 b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
+static inline jsl_real jsl_dot(jsl_vec3 a, jsl_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline jsl_vec3 jsl_cross(jsl_vec3 a, jsl_vec3 b) {
     return jsl_v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
@@ -135,11 +140,12 @@ JSL_API jsl_mat3 jsl_mat3_rotate_diagonal(jsl_quat q, jsl_vec3 d);
 JSL_API jsl_quat jsl_quat_from_rotation_vector(jsl_vec3 v);
 /* From an axis (any length but zero) and an angle in rad. */
 JSL_API jsl_quat jsl_quat_from_axis_angle(jsl_vec3 axis, jsl_real angle);
-/* Principal moments (ascending) and the rotation from the principal frame to the given one, by cyclic
- * Jacobi; m must be symmetric. Converges to rounding. */
+/* Principal moments (ascending) and the rotation from the principal frame to the given one, by
+ * cyclic Jacobi; m must be symmetric. Converges to rounding. */
 JSL_API void jsl_mat3_eigen_symmetric(jsl_mat3 m, jsl_vec3 *moments, jsl_quat *frame);
 
-/* Within 2 ulp of the true value for |x| <= 1e5 (float) or 1e9 (double); the same bits in every build. */
+/* Within 2 ulp of the true value for |x| <= 1e5 (float) or 1e9 (double); the same bits in every
+ * build. */
 JSL_API jsl_real jsl_sin(jsl_real x);
 JSL_API jsl_real jsl_cos(jsl_real x);
 JSL_API void jsl_sin_cos(jsl_real x, jsl_real *sine, jsl_real *cosine);
