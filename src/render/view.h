@@ -47,8 +47,14 @@ typedef struct jsl_box3 {
     jsl_f3 lo, hi; /* empty when lo.x > hi.x */
 } jsl_box3;
 
+#define JSL_SPAN_POINTS 256 /* of each kind, at most */
+
 /* What a frame spans, far outliers left out; and the height of the ground. */
 typedef struct jsl_span {
+    jsl_f3
+        point[3 * JSL_SPAN_POINTS]; /* some of what is inside the boxes, for fitting the camera */
+    float radius[3 * JSL_SPAN_POINTS];
+    int points;
     jsl_box3 bodies, boids, particles;
     float ground;   /* m: z of the highest level plane, or of the grid that is drawn unasked */
     bool has_level; /* a level plane is among the bodies: no other ground is wanted */
