@@ -21,6 +21,9 @@ typedef struct flight {
     jsl_real rest_kick_x, rest_kick_y, rest_kick_z; /* change of velocity by the forces in h */
     int32_t rest[MAX_RESTS];
     int rests;
+    bool glides;        /* between events the velocity changes steadily, not in kicks */
+    jsl_real rest_time; /* when it came to rest on the last of rest[] */
+    jsl_vec3 rest_place, rest_velocity;
 } flight;
 
 typedef struct contact {
@@ -194,6 +197,24 @@ static jsl_vec3 respond(jsl_vec3 rel, jsl_vec3 n, jsl_real vn, jsl_real e, jsl_r
     return out;
 }
 
+/* Friction acts all along the way, so the way is that of the mean of the velocities at its ends,
+ * not that of the flight without friction: a particle held by friction stays where it is, and one
+ * that stops does so within the step. */
+static void glide(const flight *f, const jsl_collider_item *item, jsl_vec3 n, jsl_real vn,
+                  jsl_vec3 after, jsl_vec3 *x) {
+    jsl_real left = f->h - f->rest_time;
+    jsl_vec3 u = surface_velocity(item, f->begin + f->rest_time, f->rest_place);
+    jsl_vec3 v0 = jsl_sub(f->rest_velocity, u);
+    v0 = jsl_mul_add(v0, -jsl_dot(v0, n), n);
+    jsl_vec3 v1 = jsl_mul_add(after, -jsl_dot(after, n), n);
+    jsl_real time = left, brake = f->rules->friction * -vn;
+    if (jsl_length_sq(v1) == 0) time = jsl_min(time, left * jsl_length(v0) / brake);
+    *x = jsl_mul_add(jsl_mul_add(f->rest_place, left, u), JSL_R(0.5) * time, jsl_add(v0, v1));
+    jsl_vec3 normal;
+    jsl_real d = distance_at(f, item, f->h, *x, &normal);
+    *x = jsl_mul_add(*x, -d, normal);
+}
+
 /* Puts the particle on the surface of everything it rests on, and takes its motion into it away. */
 static void settle(const flight *f, jsl_vec3 *x, jsl_vec3 *v) {
     for (int pass = 0; pass < (f->rests > 1 ? 2 : 1); pass++)
@@ -208,7 +229,10 @@ static void settle(const flight *f, jsl_vec3 *x, jsl_vec3 *v) {
             jsl_vec3 u = surface_velocity(item, f->begin + f->h, *x);
             jsl_vec3 rel = jsl_sub(*v, u);
             jsl_real vn = jsl_dot(rel, n);
-            if (vn < 0) *v = jsl_add(u, respond(rel, n, vn, 0, f->rules->friction));
+            if (!(vn < 0)) continue;
+            rel = respond(rel, n, vn, 0, f->rules->friction);
+            *v = jsl_add(u, rel);
+            if (f->glides && f->rests == 1 && f->rules->friction > 0) glide(f, item, n, vn, rel, x);
         }
 }
 
@@ -240,7 +264,12 @@ static jsl_real touch(flight *f, contact c, jsl_real t, jsl_vec3 *x, jsl_vec3 *v
     bool rests = vn < 0 ? e * -vn <= jsl_abs(kick) : s == 0;
     if (rests) e = 0;
     *v = vn < 0 ? jsl_add(u, respond(rel, n, vn, e, f->rules->friction)) : w;
-    if (rests && f->rests < MAX_RESTS) f->rest[f->rests++] = c.item;
+    if (rests && f->rests < MAX_RESTS) {
+        f->rest[f->rests++] = c.item;
+        f->rest_time = t + s;
+        f->rest_place = *x;
+        f->rest_velocity = *v;
+    }
     return t + s;
 }
 
@@ -269,6 +298,7 @@ void jsl_particle_bounce(const jsl_particle_solids *solids, const jsl_particle_r
         f.law = (jsl_particle_law){.integrator = JSL_PARTICLE_EXPONENTIAL};
     else
         f.law.integrator = JSL_PARTICLE_EXPONENTIAL;
+    f.glides = !kick_first && !kick_last;
     jsl_real t = 0;
     for (int i = 0; i < MAX_EVENTS && c.item >= 0; i++) {
         t = touch(&f, c, t, &x, &v);
