@@ -46,7 +46,7 @@ typedef float jsl_real;
 /* A literal in the scalar type: JSL_R(0.5). */
 #define JSL_R(x) ((jsl_real)(x))
 
-/* -- Results ---------------------------------------------------------------------------------- */
+/* -- Results --------------------------------------------------------------------------- */
 
 /* X(code, text). Zero is success; every failure is positive. */
 #define JSL_RESULTS(X)                                                                             \
@@ -80,7 +80,7 @@ JSL_API const char *jsl_result_text(jsl_result result);
 JSL_API const char *jsl_version(void);
 JSL_API bool jsl_is_double(void);
 
-/* -- Memory ----------------------------------------------------------------------------------- */
+/* -- Memory ---------------------------------------------------------------------------- */
 
 /* alloc returns size bytes aligned to align (a power of two >= 8) or null; free gets the size that
  * was asked for. A zeroed allocator means the C library's. ctx is passed back. Both must be
@@ -91,7 +91,7 @@ typedef struct jsl_allocator {
     void *ctx;
 } jsl_allocator;
 
-/* -- Messages --------------------------------------------------------------------------------- */
+/* -- Messages -------------------------------------------------------------------------- */
 
 typedef enum jsl_log_level { JSL_LOG_ERROR, JSL_LOG_WARNING, JSL_LOG_INFO } jsl_log_level;
 
@@ -101,7 +101,7 @@ typedef struct jsl_logger {
     void *ctx;
 } jsl_logger;
 
-/* -- Tasks ------------------------------------------------------------------------------------ */
+/* -- Tasks ----------------------------------------------------------------------------- */
 
 typedef void jsl_task_fn(void *arg);
 
@@ -116,7 +116,7 @@ typedef struct jsl_tasks {
     int workers;
 } jsl_tasks;
 
-/* -- Instruction sets -------------------------------------------------------------------------- */
+/* -- Instruction sets ------------------------------------------------------------------ */
 
 /* Kernels exist once per level, and give the same bits at each. JSL_ISA_AUTO picks the widest that
  * this CPU has, or the one that the environment variable JSL_ISA names (scalar, sse, avx2, avx512).

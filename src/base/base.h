@@ -35,20 +35,17 @@ static inline int64_t jsl_round_up(int64_t n, int64_t multiple) {
     return (n + multiple - 1) / multiple * multiple;
 }
 
-/* -- Memory (alloc.c) ---------------------------------------------------------------------------
- */
+/* -- Memory (alloc.c) ------------------------------------------------------------------ */
 
 /* An allocator with its accounts. Every object owns one and hands it down. */
 typedef struct jsl_memory {
     jsl_allocator hook; /* never null functions after jsl_memory_init */
     int64_t live_bytes, peak_bytes;
     int64_t live_blocks;
-    int64_t
-        calls; /* successful allocations so far: its growth over a step is the step's allocations */
+    int64_t calls; /* successful so far: its growth over a step is the step's allocations */
 } jsl_memory;
 
-/* A zeroed hook becomes the C library's. JSL_ERR_ARGUMENT when only one of its functions is given.
- */
+/* A zeroed hook becomes the C library's. JSL_ERR_ARGUMENT when only one of its two is given. */
 jsl_result jsl_memory_init(jsl_memory *memory, jsl_allocator hook);
 /* size bytes at JSL_ALIGN, not zeroed; null when size is 0 or memory is out. Not thread-safe. */
 void *jsl_alloc(jsl_memory *memory, size_t size);
@@ -71,8 +68,7 @@ jsl_result jsl_realloc(jsl_memory *memory, void **ptr, size_t old_size, size_t n
      (array)->at = NULL, (array)->count = (array)->cap = 0)
 jsl_result jsl_array_reserve_(jsl_memory *memory, void **at, int64_t *cap, int64_t n, size_t size);
 
-/* -- Arena (arena.c) ----------------------------------------------------------------------------
- */
+/* -- Arena (arena.c) ------------------------------------------------------------------- */
 
 /* Bump allocator for one step's scratch. When a block is full the arena takes another from memory,
  * and jsl_arena_reset merges all into one, so that after warm-up a step allocates nothing. */
@@ -100,8 +96,7 @@ void jsl_arena_rewind(jsl_arena *arena, jsl_arena_mark mark);
 /* Everything given back, and one block as large as the peak kept. */
 void jsl_arena_reset(jsl_arena *arena);
 
-/* -- Messages (log.c) -----------------------------------------------------------------------------
- */
+/* -- Messages (log.c) ------------------------------------------------------------------ */
 
 /* Formats one line (at most 511 bytes) and hands it to the logger; returns code, so that
  * return jsl_fail(&log, JSL_ERR_ARGUMENT, "mass of body %u is %g", ...) reads well. A null or
@@ -111,8 +106,7 @@ jsl_result jsl_fail(const jsl_logger *logger, jsl_result code, const char *forma
 void jsl_log_line(const jsl_logger *logger, jsl_log_level level, jsl_result code,
                   const char *format, ...) __attribute__((format(printf, 4, 5)));
 
-/* -- Tasks (tasks.c, pool.c)
- * ----------------------------------------------------------------------- */
+/* -- Tasks (tasks.c, pool.c) ----------------------------------------------------------- */
 
 /* Runs parallel loops over fixed blocks on the host's tasks, on our own pool, or serially. The
  * split into blocks depends on count and block alone, never on the number of workers. */
@@ -152,8 +146,7 @@ void jsl_barrier_wait(jsl_barrier *barrier, int workers);
 /* Seconds of the monotonic clock, for profiles only: no result may depend on it. */
 double jsl_seconds(void);
 
-/* -- Random numbers (rng.h is inline in this header: counter-based)
- * ------------------------------------- */
+/* -- Random numbers (rng.h is inline in this header: counter-based) -------------------- */
 
 /* Philox-2x32-like strength is not needed; a 64-bit finaliser over a key and a counter is (Steele,
  * Lea, Flood 2014, "Fast splittable pseudorandom number generators", the mixing function of
@@ -185,16 +178,16 @@ static inline jsl_real jsl_rng_unit(jsl_rng *rng) {
 /* Uniform in [-1, 1). */
 static inline jsl_real jsl_rng_signed(jsl_rng *rng) { return 2 * jsl_rng_unit(rng) - 1; }
 
-/* -- Hashing (hash.c)
- * ------------------------------------------------------------------------------- */
+/* -- Hashing (hash.c) ------------------------------------------------------------------ */
 
 /* 64-bit hash of bytes; the same on every machine. Fast: several GB/s. Not cryptographic. */
 uint64_t jsl_hash_bytes(const void *data, size_t size, uint64_t seed);
 /* CRC-32C (Castagnoli), as the telemetry schema asks for. Start with crc 0; may be continued. */
 uint32_t jsl_crc32c(uint32_t crc, const void *data, size_t size);
+/* The same without the CPU's instruction: for tests. */
+uint32_t jsl_crc32c_by_table(uint32_t crc, const void *data, size_t size);
 
-/* -- Map u64 -> u32 (map.c)
- * --------------------------------------------------------------------------- */
+/* -- Map u64 -> u32 (map.c) ------------------------------------------------------------ */
 
 /* Open addressing, linear probing. Key 0 is not allowed. Iteration order is never exposed. */
 typedef struct jsl_map {
@@ -209,8 +202,7 @@ jsl_result jsl_map_set(jsl_memory *memory, jsl_map *map, uint64_t key, uint32_t 
 bool jsl_map_remove(jsl_map *map, uint64_t key);
 void jsl_map_clear(jsl_map *map);
 
-/* -- Sorting (sort.c)
- * --------------------------------------------------------------------------------- */
+/* -- Sorting (sort.c) ------------------------------------------------------------------ */
 
 /* Stable LSD radix sort of n keys with payload; tmp_* are scratch of n. Skips digits that are all
  * equal. */
@@ -219,8 +211,7 @@ void jsl_sort_u64(uint64_t *key, uint32_t *value, uint64_t *tmp_key, uint32_t *t
 void jsl_sort_u32(uint32_t *key, uint32_t *value, uint32_t *tmp_key, uint32_t *tmp_value,
                   int64_t n);
 
-/* -- Bit sets (bitset.c)
- * -------------------------------------------------------------------------------- */
+/* -- Bit sets (bitset.c) --------------------------------------------------------------- */
 
 typedef struct jsl_bitset {
     uint64_t *word;

@@ -77,9 +77,13 @@ __attribute__((target("sse4.2"))) static uint32_t crc_by_cpu(uint32_t crc, const
 }
 #endif
 
+uint32_t jsl_crc32c_by_table(uint32_t crc, const void *data, size_t size) {
+    return ~crc_by_table(~crc, data, size);
+}
+
 uint32_t jsl_crc32c(uint32_t crc, const void *data, size_t size) {
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("sse4.2")) return ~crc_by_cpu(~crc, data, size);
 #endif
-    return ~crc_by_table(~crc, data, size);
+    return jsl_crc32c_by_table(crc, data, size);
 }

@@ -3,13 +3,18 @@
  */
 #include "base/base.h"
 
+/* A switch, not a table of pointers: that would need relocations, and nm would take it for a
+ * global. */
 const char *jsl_result_text(jsl_result result) {
-    static const char *const text[] = {
-#define JSL_X(code, text) text,
+    switch (result) {
+#define JSL_X(code, text)                                                                          \
+    case code:                                                                                     \
+        return text;
         JSL_RESULTS(JSL_X)
 #undef JSL_X
-    };
-    return (unsigned)result < (unsigned)JSL_RESULT_COUNT ? text[result] : "unknown result";
+    default:
+        return "unknown result";
+    }
 }
 
 const char *jsl_version(void) { return JSL_VERSION_TEXT; }

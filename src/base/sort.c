@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * sort.c - stable least-significant-digit radix sorts. All histograms are taken in one pass; a
- * digit that is equal in all keys costs nothing; sorted input returns after that pass.
+ * sort.c - stable least-significant-digit radix sorts. A first pass finds the bits that differ at
+ * all and returns when the keys are sorted; digits are laid over those bits only, all their
+ * histograms are taken in one pass, and a digit that is equal in all keys is skipped.
  */
 #include "base/base.h"
 

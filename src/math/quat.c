@@ -5,6 +5,10 @@
 
 /* The length of v and the unit vector along it, without overflow or underflow in the squares. */
 static jsl_real split_length(jsl_vec3 v, jsl_vec3 *unit) {
+    if (!jsl_v3_is_finite(v)) { /* jsl_max would drop a NaN */
+        *unit = jsl_v3((jsl_real)NAN, (jsl_real)NAN, (jsl_real)NAN);
+        return (jsl_real)NAN;
+    }
     jsl_real largest = jsl_max(jsl_max(jsl_abs(v.x), jsl_abs(v.y)), jsl_abs(v.z));
     if (largest == 0) {
         *unit = jsl_v3(0, 0, 0);

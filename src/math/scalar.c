@@ -30,8 +30,7 @@ static uint64_t double_to_bits(double x) {
 
 static double power_of_two(int n) { return bits_to_double((uint64_t)(n + 1023) << 52); }
 
-/* -- sine and cosine ------------------------------------------------------------------------------
- */
+/* -- sine and cosine ------------------------------------------------------------------- */
 
 /* An angle less multiples of pi/2: r + tail in [-pi/4, pi/4] (or just outside), and the quadrant.
  */
@@ -128,6 +127,11 @@ void jsl_sin_cos(jsl_real x, jsl_real *sine, jsl_real *cosine) {
         *sine = *cosine = x - x;
         return;
     }
+    if (x == 0) { /* the sums below would lose the sign of a zero */
+        *sine = x;
+        *cosine = 1;
+        return;
+    }
     reduced a = reduce((double)x);
     double s = sine_series(a.r, a.tail), c = cosine_series(a.r, a.tail);
     double swapped_s = a.quadrant & 1 ? c : s, swapped_c = a.quadrant & 1 ? s : c;
@@ -147,15 +151,16 @@ jsl_real jsl_cos(jsl_real x) {
     return cosine;
 }
 
-/* -- arc tangent ----------------------------------------------------------------------------------
- */
+/* -- arc tangent ----------------------------------------------------------------------- */
 
 #define PI_HI 0x1.921fb54442d18p+1
 #define PI_LO 0x1.1a62633145c07p-53
+#define ATAN_QUARTER_HI 0x1.f5b75f92c80ddp-3
+#define ATAN_QUARTER_LO 0x1.8ab6e3cf7afbdp-57
 #define ATAN_HALF_HI 0x1.dac670561bb4fp-2
 #define ATAN_HALF_LO 0x1.a2b7f222f65e2p-56
 
-/* atan(u) - u for |u| <= 0.26. */
+/* atan(u) - u for |u| <= 1/4. */
 static double arc_tangent_excess(double u) {
     double z = u * u;
 #if LONG_SERIES
@@ -178,18 +183,30 @@ static double arc_tangent_excess(double u) {
     return u * z * p;
 }
 
-/* The angle of (y, x) for 0 <= y, 0 <= x, not both zero, both finite: the smaller over the larger
- * is at most 1; atan(q) = atan(c) + atan((q - c) / (1 + q c)) with c in {0, 1/2, 1} leaves a short
- * series. */
+/* (whole + whole_lo) - (hi + *rest) as a new head and rest; the head's rounding error is not lost.
+ */
+static double subtract_from(double whole, double whole_lo, double hi, double *rest) {
+    double head = whole - hi;
+    *rest = ((whole - head) - hi) + (whole_lo - *rest);
+    return head;
+}
+
+/* The angle of (y, x) for 0 <= y, 0 <= x, not both zero, both finite: q, the smaller over the
+ * larger, is at most 1, and atan(q) = atan(c) + atan((q - c) / (1 + q c)) with c in {0, 1/4, 1/2,
+ * 1} leaves a short series. All differences from c are exact, and c is below q where the angle is
+ * small, so that nothing cancels. */
 static double first_quadrant(double y, double x, bool mirrored) {
     bool steep = y > x;
     double num = steep ? x : y, den = steep ? y : x;
     if (den > 0x1p1000) num *= 0x1p-100, den *= 0x1p-100;
     if (den < 0x1p-900) num *= 0x1p100, den *= 0x1p100;
     double u, hi = 0, lo = 0;
-    if (num <= 0.25 * den) {
+    if (num < 0.25 * den) {
         u = num / den;
-    } else if (num <= 0.71875 * den) {
+    } else if (num < 0.5 * den) {
+        u = (num - 0.25 * den) / (den + 0.25 * num);
+        hi = ATAN_QUARTER_HI, lo = ATAN_QUARTER_LO;
+    } else if (num < 0.75 * den) {
         u = (num - 0.5 * den) / (den + 0.5 * num);
         hi = ATAN_HALF_HI, lo = ATAN_HALF_LO;
     } else {
@@ -199,16 +216,8 @@ static double first_quadrant(double y, double x, bool mirrored) {
     /* angle = hi + u + (lo + excess), then perhaps pi/2 - angle, then perhaps pi - that. */
     double rest = lo + arc_tangent_excess(u);
     double sign = 1;
-    if (steep) {
-        hi = PI_HI / 2 - hi;
-        rest = PI_LO / 2 - rest;
-        sign = -1;
-    }
-    if (mirrored) {
-        hi = PI_HI - hi;
-        rest = PI_LO - rest;
-        sign = -sign;
-    }
+    if (steep) hi = subtract_from(PI_HI / 2, PI_LO / 2, hi, &rest), sign = -1;
+    if (mirrored) hi = subtract_from(PI_HI, PI_LO, hi, &rest), sign = -sign;
     return hi + (sign * u + rest);
 }
 
@@ -228,8 +237,7 @@ jsl_real jsl_atan2(jsl_real y, jsl_real x) {
     return (jsl_real)(below ? -angle : angle);
 }
 
-/* -- exponential and logarithm --------------------------------------------------------------------
- */
+/* -- exponential and logarithm --------------------------------------------------------- */
 
 /* ln 2 in 32 + 53 bits. */
 #define LN2_HI 0x1.62e42feep-1

@@ -58,8 +58,7 @@ typedef jsl_real wreal_u
 typedef wreal wreal_a __attribute__((may_alias));
 #endif
 
-/* -- The operations that differ from level to level ----------------------------------------------
- */
+/* -- The operations that differ from level to level ------------------------------------ */
 
 /* wmax and wmin are a > b ? a : b and a < b ? a : b at every width: the second operand wins on NaN
  * and on equal zeros, as maxps and minps do. wabs clears the sign bit, of zeros and NaN too. Masks
