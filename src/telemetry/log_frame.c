@@ -6,12 +6,11 @@
 /* Columns of each kind in the order of their arrays in value[kind]. */
 typedef struct kept_field {
     int field, components;
-    bool counts; /* scalar: does not go into an array of floats */
 } kept_field;
 static const kept_field kept[JSL_FRAME_KINDS][6] = {
-    {{JSL_FIELD_POS, 3, false}, {JSL_FIELD_VEL, 3, false}, {JSL_FIELD_RADIUS, 1, false}},
-    {{JSL_FIELD_POS, 3, false}, {JSL_FIELD_VEL, 3, false}, {JSL_FIELD_ACCEL, 3, false}},
-    {{JSL_FIELD_POS, 3, false}, {JSL_FIELD_QUAT, 4, false}},
+    {{JSL_FIELD_POS, 3}, {JSL_FIELD_VEL, 3}, {JSL_FIELD_RADIUS, 1}},
+    {{JSL_FIELD_POS, 3}, {JSL_FIELD_VEL, 3}, {JSL_FIELD_ACCEL, 3}},
+    {{JSL_FIELD_POS, 3}, {JSL_FIELD_QUAT, 4}},
 };
 #define KEPT_COMPONENTS 9
 
@@ -41,12 +40,27 @@ static void decode_ids(jsl_log_file *log, const jsl_state_chunk *chunk) {
     }
 }
 
+/* The column of a field if its numbers can be read. */
+static const jsl_chunk_column *usable(const jsl_state_chunk *chunk, int field, int components) {
+    const jsl_chunk_column *c = jsl_chunk_find(chunk, field, components);
+    if (!c || c->encoding == JSL_ENC_QUAT32) return NULL;
+    return field != JSL_FIELD_COLOR || jsl_encoding_bytes(c->encoding) == 4 ? c : NULL;
+}
+
+static uint32_t fields_of(const jsl_state_chunk *chunk, int kind) {
+    uint32_t has = usable(chunk, JSL_FIELD_COLOR, 1) ? 1u << JSL_FIELD_COLOR : 0;
+    for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++)
+        if (usable(chunk, kept[kind][f].field, kept[kind][f].components))
+            has |= 1u << kept[kind][f].field;
+    return has;
+}
+
 static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chunk) {
     int64_t n = log->count[kind], column = 0;
     for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++) {
         const kept_field *k = &kept[kind][f];
-        const jsl_chunk_column *c = jsl_chunk_find(chunk, k->field, k->components);
-        if (c && (log->fields[kind] >> k->field & 1)) {
+        const jsl_chunk_column *c = usable(chunk, k->field, k->components);
+        if (log->fields[kind] >> k->field & 1) {
             int64_t bytes = (int64_t)chunk->n * jsl_encoding_bytes(c->encoding);
             for (int i = 0; i < k->components; i++)
                 jsl_column_decode(c->encoding, c->data + i * bytes, chunk->n, c->lo[i], c->step[i],
@@ -54,9 +68,9 @@ static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chu
         }
         column += k->components;
     }
-    const jsl_chunk_column *color = jsl_chunk_find(chunk, JSL_FIELD_COLOR, 1);
-    if (color && (log->fields[kind] >> JSL_FIELD_COLOR & 1))
-        memcpy(log->rgba[kind].at + chunk->first, color->data, (size_t)chunk->n * 4);
+    if (log->fields[kind] >> JSL_FIELD_COLOR & 1)
+        memcpy(log->rgba[kind].at + chunk->first, usable(chunk, JSL_FIELD_COLOR, 1)->data,
+               (size_t)chunk->n * 4);
     if (kind == JSL_SET_BODIES) decode_ids(log, chunk);
 }
 
@@ -73,18 +87,9 @@ static jsl_result decode_set(jsl_log_file *log, int32_t at) {
     int64_t total = 0;
     jsl_state_chunk chunk = {0};
     for (int32_t c = set->head; c >= 0; c = log->chunk.at[c].next) {
-        uint32_t has = 0;
         (void)jsl_state_decode(log->map + log->chunk.at[c].data, log->chunk.at[c].size, false,
                                &chunk);
-        for (int i = 0; i < chunk.column_count; i++) {
-            const jsl_chunk_column *k = &chunk.column[i];
-            bool plain = k->field != JSL_FIELD_COLOR ||
-                         (k->encoding == JSL_ENC_U32 || k->encoding == JSL_ENC_I32);
-            if (k->field >= 0 && k->field < JSL_FIELD_COUNT && plain &&
-                k->encoding != JSL_ENC_QUAT32)
-                has |= 1u << k->field;
-        }
-        fields &= has;
+        if (chunk.n) fields &= fields_of(&chunk, kind);
         total += chunk.n;
     }
     JSL_TRY(reserve(log, kind, total));
