@@ -139,25 +139,53 @@ typedef struct jsl_log_info {
     bool truncated;               /* the last event is cut off */
     bool closed;                  /* the writer closed it properly */
     int64_t first_us, last_us;    /* wall clock */
+    int64_t backward_times;       /* events stamped earlier than the one before */
     double first_time, last_time; /* s, simulated */
     int64_t first_step, last_step;
-    int64_t sessions;
+    int64_t sessions; /* runs of a simulator, at most 64 are counted */
     char scene[64], build[128];
     uint64_t seed;
     double dt;
+    /* Complete frames by kind; a frame with a missing chunk is incomplete. */
     int64_t particle_frames, boid_frames, body_frames, incomplete_frames, keyframes, foreign_events;
+    int64_t duplicate_chunks;
+    int64_t bad_frames; /* complete, but malformed or with a wrong checksum; jsl_log_verify only */
     int64_t frames_offered, frames_dropped; /* as the writer reported at the end */
     int channel_count;
     jsl_log_channel channel[JSL_LOG_MAX_CHANNELS];
 } jsl_log_info;
+/* Hops over all headers: milliseconds for a log of some GB that is in memory. */
 JSL_API jsl_result jsl_log_get_info(jsl_log_file *log, jsl_log_info *out);
+/* The same, and checks every frame's and keyframe's bytes. JSL_ERR_FORMAT when anything is missing
+ * or damaged; *out is filled in either case. */
+JSL_API jsl_result jsl_log_verify(jsl_log_file *log, jsl_log_info *out);
 
 /* Assembles frames: every call decodes the next whole instant (all chunks of the channels present
  * at one step) into a frame whose arrays belong to the log and live until the next call. Channels
  * logged less often keep their last state. JSL_ERR_END after the last. */
 JSL_API jsl_result jsl_log_next_frame(jsl_log_file *log, jsl_frame *out);
-/* Positions the frame cursor at the last instant at or before `time` (s, simulated). */
+/* Positions the frame cursor at the last instant at or before `time` (s, simulated), or at the
+ * first; in the session in which the cursor is. By the log's index; without one the first call hops
+ * over all headers. */
 JSL_API jsl_result jsl_log_seek_time(jsl_log_file *log, double time);
+/* How many instants frames can be made for. */
+JSL_API jsl_result jsl_log_count_frames(jsl_log_file *log, int64_t *count);
+
+/* The text that the scene was made from; JSL_ERR_END when the log has none. Lives as long as the
+ * log; not terminated. */
+JSL_API jsl_result jsl_log_get_scene_text(jsl_log_file *log, const char **text, int64_t *size);
+
+/* The last whole keyframe at or before `time` (s): an image for jsl_world_restore and the hash that
+ * the restored world must have. *image lives until the next call. JSL_ERR_END when there is none.
+ */
+typedef struct jsl_log_keyframe {
+    const void *image;
+    size_t size;
+    double time;
+    int64_t step;
+    uint64_t state_hash;
+} jsl_log_keyframe;
+JSL_API jsl_result jsl_log_get_keyframe(jsl_log_file *log, double time, jsl_log_keyframe *out);
 
 /* -- Playing
  * ------------------------------------------------------------------------------------------------------

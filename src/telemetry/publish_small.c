@@ -335,7 +335,12 @@ static void send_image(jsl_publisher *p, const uint8_t *image, int64_t total, bo
     }
     jsl_ring_publish(&out->ring);
     out->bulk[JSL_BULK_KEYFRAME].queued++;
-    p->keyframes++;
+}
+
+static bool keyframe_fits(const jsl_publisher *p, jsl_ring *ring, int64_t image, bool *wait) {
+    int64_t bytes = image + (image / KEYFRAME_ROOM + 1) * 150;
+    *wait = p->desc.when_full == JSL_FULL_BLOCK || bytes > ring->cap / 2;
+    return *wait || jsl_ring_fits(ring, bytes, 0);
 }
 
 /* An image larger than half the queue would never fit: then, and when blocking, the step waits for
@@ -348,19 +353,25 @@ jsl_result jsl_publish_keyframe(jsl_publisher *p) {
     p->frame_seq[JSL_BULK_KEYFRAME]++;
     void *image = NULL;
     size_t size = 0;
-    jsl_result r = jsl_world_save(p->world, &image, &size);
-    if (r == JSL_OK) {
-        int64_t events = (int64_t)size / KEYFRAME_ROOM + 1, bytes = (int64_t)size + events * 150;
-        bool wait = p->desc.when_full == JSL_FULL_BLOCK || bytes > out->ring.cap / 2;
-        if (wait || jsl_ring_fits(&out->ring, bytes, 0))
+    bool wait, sent = false;
+    jsl_result r = JSL_OK;
+    /* The last image's size tells whether to try: saving a world only to drop it would slow a step
+     * that is late already. */
+    if (keyframe_fits(p, &out->ring, p->keyframe_bytes, &wait))
+        r = jsl_world_save(p->world, &image, &size);
+    if (r == JSL_OK && image) {
+        p->keyframe_bytes = (int64_t)size;
+        sent = keyframe_fits(p, &out->ring, p->keyframe_bytes, &wait);
+        if (sent) {
+            if (!p->hashed) p->state_hash = jsl_world_hash(p->world);
+            p->hashed = true;
             send_image(p, image, (int64_t)size, wait);
-        else
-            r = JSL_ERR_LIMIT;
+        }
         jsl_world_free_bytes(p->world, image, size);
     }
-    if (r != JSL_OK) {
+    if (!sent) {
         counts->dropped++;
         p->due[JSL_BULK_KEYFRAME] = INT64_MIN; /* again at the next step */
     }
-    return r == JSL_ERR_LIMIT ? JSL_OK : r;
+    return r;
 }

@@ -172,13 +172,11 @@ jsl_result jsl_publisher_create(const jsl_publisher_desc *desc, jsl_world *world
 
 static jsl_result publish_all(jsl_publisher *p) {
     jsl_result r = JSL_OK, each;
-    bool keyframe = is_due(p, JSL_BULK_KEYFRAME) && p->outlet[JSL_TO_LOG].on;
-    bool hash = p->desc.hash_every && p->stamp.step % p->desc.hash_every == 0;
-    if (keyframe || hash) {
+    if (p->desc.hash_every && p->stamp.step % p->desc.hash_every == 0) {
         p->state_hash = jsl_world_hash(p->world);
         p->hashed = true;
     }
-    if (keyframe && (each = jsl_publish_keyframe(p)) != JSL_OK) r = each;
+    if (is_due(p, JSL_BULK_KEYFRAME) && (each = jsl_publish_keyframe(p)) != JSL_OK) r = each;
     for (int b = 0; b < JSL_BULK_KEYFRAME; b++) {
         bool due = is_due(p, (jsl_bulk)b);
         if (b == JSL_BULK_BODIES && due && (each = jsl_publish_body_info(p)) != JSL_OK) r = each;

@@ -74,7 +74,7 @@ struct jsl_publisher {
     bool body_told;
     uint64_t state_hash; /* of this step when hashed */
     bool hashed;
-    int64_t keyframes;
+    int64_t keyframe_bytes; /* of the last image */
 
     double rate_wall, rate_sim, real_time_factor, stats_wall;
     jsl_profile profile; /* at the last timing message */
