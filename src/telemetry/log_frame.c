@@ -57,6 +57,7 @@ static uint32_t fields_of(const jsl_state_chunk *chunk, int kind) {
 
 static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chunk) {
     int64_t n = log->count[kind], column = 0;
+    if (chunk->n == 0) return; /* of an empty set: it need not have columns */
     for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++) {
         const kept_field *k = &kept[kind][f];
         const jsl_chunk_column *c = usable(chunk, k->field, k->components);
@@ -95,7 +96,7 @@ static jsl_result decode_set(jsl_log_file *log, int32_t at) {
     JSL_TRY(reserve(log, kind, total));
     if (kind == JSL_SET_BODIES) JSL_TRY(jsl_log_load_tables(log, set->session, chunk.scene_rev));
     log->count[kind] = total;
-    log->fields[kind] = fields;
+    log->fields[kind] = total ? fields : 0;
     for (int32_t c = set->head; c >= 0; c = log->chunk.at[c].next) {
         (void)jsl_state_decode(log->map + log->chunk.at[c].data, log->chunk.at[c].size, false,
                                &chunk);
