@@ -37,6 +37,7 @@ static jsl_result restore(void *room, const void *bytes, size_t size) {
 }
 
 static const jsl_room_hooks hooks = {.name = "rigid",
+                                     .use = jsl_world_use_bodies,
                                      .destroy = destroy,
                                      .measure = measure,
                                      .hash = hash,

@@ -15,7 +15,8 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
         out->boids = jsl_query_count(world->ecs, query);
 }
 
-static const jsl_room_hooks hooks = {.name = "flock", .destroy = destroy, .measure = measure};
+static const jsl_room_hooks hooks = {
+    .name = "flock", .use = jsl_world_use_flocks, .destroy = destroy, .measure = measure};
 
 static jsl_result ensure(jsl_world *w, jsl_flock_room **room) {
     if (!w) return JSL_ERR_ARGUMENT;

@@ -17,8 +17,11 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
         out->particles = jsl_query_count(world->ecs, query);
 }
 
-static const jsl_room_hooks hooks = {
-    .name = "particle", .destroy = destroy, .measure = measure, .forget = forget};
+static const jsl_room_hooks hooks = {.name = "particle",
+                                     .use = jsl_world_use_particles,
+                                     .destroy = destroy,
+                                     .measure = measure,
+                                     .forget = forget};
 
 static jsl_result ensure(jsl_world *w, jsl_particle_room **room) {
     if (!w) return JSL_ERR_ARGUMENT;
