@@ -150,7 +150,14 @@ void jsl_span_make(const jsl_frame *frame, jsl_span *span) {
     const jsl_frame_particles *p = &frame->particles;
     count = p->px && p->py && p->pz ? p->count : 0;
     stride = (count + SAMPLES - 1) / SAMPLES;
-    for (int64_t i = 0; i < count; i += stride) cloud_add(&c, p->px[i], p->py[i], p->pz[i], 0.1f);
+    float sum = 0, sizes = 0;
+    for (int64_t i = 0; i < count; i += stride) {
+        float size = p->size ? p->size[i] : JSL_PARTICLE_SIZE;
+        if (!positive(size)) continue;
+        cloud_add(&c, p->px[i], p->py[i], p->pz[i], size);
+        sum += size, sizes++;
+    }
+    span->particle_size = sizes > 0 ? sum / sizes : 0;
     span->particles = cloud_box(&c);
     keep_points(&c, &span->particles, span);
     span->ground = span->has_level ? level : ground_under(span);

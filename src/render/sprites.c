@@ -8,7 +8,6 @@
 #include "render/renderer.h"
 
 #define SHUTTER (1.0f / 50)
-#define DEFAULT_SIZE 0.04f
 #define LONGEST 5.0f /* streak, in sizes */
 #define SMALLEST                                                                                   \
     0.65f /* half axis in pixels: thinner ones flicker, so they get fainter instead                \
@@ -23,7 +22,7 @@ static int64_t particle_count(const jsl_frame *frame) {
 }
 
 static float size_of(const jsl_frame_particles *p, int64_t i) {
-    return p->size ? p->size[i] : DEFAULT_SIZE;
+    return p->size ? p->size[i] : JSL_PARTICLE_SIZE;
 }
 
 /* False when it is out of sight. */
@@ -158,7 +157,11 @@ void jsl_cloud_make(jsl_renderer *r, const jsl_frame *frame) {
     float high = fmaxf(box.hi.z - ground, 0);
     float x0 = fminf(box.lo.x, box.lo.x - kx * high), x1 = fmaxf(box.hi.x, box.hi.x - kx * high);
     float y0 = fminf(box.lo.y, box.lo.y - ky * high), y1 = fmaxf(box.hi.y, box.hi.y - ky * high);
-    float padx = 0.05f * (x1 - x0) + 0.1f, pady = 0.05f * (y1 - y0) + 0.1f;
+    /* A texel is not smaller than half a particle: one alone must cast a round shadow, not a point.
+     */
+    float least = 0.5f * r->span.particle_size * JSL_CLOUD_SIDE;
+    float padx = fmaxf(0.05f * (x1 - x0) + 0.1f, 0.5f * (least - (x1 - x0)));
+    float pady = fmaxf(0.05f * (y1 - y0) + 0.1f, 0.5f * (least - (y1 - y0)));
     x0 -= padx, x1 += padx, y0 -= pady, y1 += pady;
     float ix = 1 / (x1 - x0), iy = 1 / (y1 - y0);
     const int side = JSL_CLOUD_SIDE, texels = side * side;
