@@ -136,11 +136,15 @@ $(call static_lib,$(1),$(2)): $(call objs,$(1),$(2))
 	$$(call say,AR,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)rm -f $$@ && $$(AR) rcs $$@ $$^
-$(call shared_lib,$(1),$(2)): $(call objs,$(1),$(2)) $$(foreach n,$$(NEEDS_$(2)),$(BUILD)/lib/lib$$(n)$(SUF_$(1)).so)
+# A satellite uses internal functions of the core that libjostle.so does not export: its own copies of those come from
+# the archive, hidden. What libjostle.so exports is taken from there.
+$(call shared_lib,$(1),$(2)): $(call objs,$(1),$(2)) $$(foreach n,$$(NEEDS_$(2)),$(BUILD)/lib/lib$$(n)$(SUF_$(1)).so) \
+    $$(if $$(NEEDS_$(2)),$(call static_lib,$(1),core))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(CC) -shared $$(LDBASE) -Wl,-soname,lib$(NAME_$(2))$(SUF_$(1)).so.$(SOMAJOR) $$(filter %.o,$$^) \
-	    -L$(BUILD)/lib $$(foreach n,$$(NEEDS_$(2)),-l$$(n)$(SUF_$(1))) $$(EXT_$(2)) -o $$@
+	    -L$(BUILD)/lib $$(foreach n,$$(NEEDS_$(2)),-l$$(n)$(SUF_$(1))) $$(filter %.a,$$^) -Wl,--exclude-libs,ALL \
+	    $$(if $$(SANITIZE),,$$(if $$(NEEDS_$(2)),-Wl$$(comma)-z$$(comma)defs)) $$(EXT_$(2)) -lm -o $$@
 	$$(Q)ln -sf $$(@F) $$@.$(SOMAJOR)
 $(BUILD)/lib/pkgconfig/$(NAME_$(2))$(SUF_$(1)).pc: Makefile include/jostle/base.h
 	@mkdir -p $$(@D)
