@@ -61,11 +61,13 @@ static double median(double *at, int n) {
 /* Both sides call this. It works on whole groups of 16, as every kernel here may. */
 __attribute__((noinline)) static void advance(place_columns p, pace_columns v, jsl_real dt,
                                               int64_t n) {
-    jsl_real *restrict to[3] = {p.x, p.y, p.z};
-    const jsl_real *restrict by[3] = {v.vx, v.vy, v.vz};
-    for (int64_t i = 0; i < n; i += JSL_LANES)
-        for (int k = 0; k < 3; k++)
-            for (int j = 0; j < JSL_LANES; j++) to[k][i + j] += by[k][i + j] * dt;
+    jsl_real *restrict x = p.x, *restrict y = p.y, *restrict z = p.z;
+    const jsl_real *restrict vx = v.vx, *restrict vy = v.vy, *restrict vz = v.vz;
+    for (int64_t i = 0; i < n; i += JSL_LANES) {
+        for (int j = 0; j < JSL_LANES; j++) x[i + j] += vx[i + j] * dt;
+        for (int j = 0; j < JSL_LANES; j++) y[i + j] += vy[i + j] * dt;
+        for (int j = 0; j < JSL_LANES; j++) z[i + j] += vz[i + j] * dt;
+    }
 }
 
 static void advance_query(bench *b, jsl_query query, jsl_real dt) {
