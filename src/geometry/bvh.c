@@ -7,7 +7,7 @@
 
 /* Splits by area go MAX_SKEW levels down, then by halves: a tree is never deeper than 40 + 31
  * levels. */
-enum { BINS = 8, MAX_SKEW = 40, STACK = 128 };
+enum { BINS = 8, FEW = 8, MAX_SKEW = 40, STACK = 128 };
 
 static jsl_aabb empty_box(void) {
     const jsl_real far = JSL_R(3e38);
@@ -60,6 +60,10 @@ static bool find_split(const jsl_bvh_item *item, int32_t n, split *out) {
     if (!(part(size, axis) > 0) || !jsl_is_finite(scale)) return false;
     *out = (split){axis, 0, part(centres.lo, axis), scale};
 
+    if (n <= FEW) { /* the middle will do: the outermost centres lie on either side of it */
+        out->bin = BINS / 2;
+        return true;
+    }
     jsl_aabb box[BINS];
     int32_t count[BINS] = {0};
     for (int i = 0; i < BINS; i++) box[i] = empty_box();
