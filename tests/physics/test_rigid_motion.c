@@ -123,8 +123,9 @@ static void substeps_of_the_splitting_count_as_steps(void **state) {
 static void splitting_keeps_angular_momentum_and_energy(void **state) {
     (void)state;
     spin_result r = spin(JSL_ROTATION_SPLITTING, 10000, 1);
-    /* A dozen roundings a step, adding like a random walk; energy keeps within the step's h^2. */
-    assert_true(r.momentum < 10 * 100 * eps);
+    /* Measured: a third of a rounding of |L| a step in double, less in float, whose rounding is
+     * only that of storing the state. Energy stays within the step's h^2. */
+    assert_true(r.momentum < 10000 * 0.5 * eps);
     assert_true(r.energy < 2e-6 + 10 * 100 * eps);
 }
 
