@@ -75,7 +75,7 @@ jsl_result jsl_rigid_room_contacts(jsl_rigid_room *room, const jsl_contact **out
 /* -- The cache as state
  * ----------------------------------------------------------------------------------------- */
 
-#define CACHE_MAGIC 0x314352ull /* "RC1" */
+#define CACHE_MAGIC 0x324352ull /* "RC2" */
 #define CACHE_SETTINGS 8
 #define CACHE_WORDS                                                                                \
     (4 + 2 + JSL_GEO) /* ids, bytes and features, gap and spare, reals: all 64 bits */

@@ -88,6 +88,11 @@ static bool sound(const jsl_manifold *m) {
     return jsl_is_finite(sum);
 }
 
+/* Round shapes are a point or a segment grown by this. */
+static jsl_real core_radius(const jsl_shape_desc *shape) {
+    return shape->kind == JSL_SHAPE_SPHERE || shape->kind == JSL_SHAPE_CAPSULE ? shape->radius : 0;
+}
+
 static void rebuild(const narrow *n, jsl_rigid_pair *p, jsl_real *geo, const jsl_collider_item *a,
                     const jsl_collider_item *b, jsl_pose pa, jsl_pose pb, const relation *now,
                     jsl_real margin, jsl_real reach) {
@@ -121,6 +126,7 @@ static void rebuild(const narrow *n, jsl_rigid_pair *p, jsl_real *geo, const jsl
     geo[JSL_GEO_TURN] = now->turn.x, geo[JSL_GEO_TURN + 1] = now->turn.y;
     geo[JSL_GEO_TURN + 2] = now->turn.z, geo[JSL_GEO_TURN + 3] = now->turn.w;
     put3(geo + JSL_GEO_OFFSET, now->offset);
+    geo[JSL_GEO_ROUND] = core_radius(&a->shape), geo[JSL_GEO_ROUND + 1] = core_radius(&b->shape);
     geo[JSL_GEO_SCALE] = 1 / margin;
     memcpy(p->feature, m.feature, sizeof p->feature);
     p->count = (uint8_t)m.count;

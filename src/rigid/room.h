@@ -45,7 +45,7 @@ typedef struct jsl_rigid_slot {
     uint8_t moving;  /* its state is written back */
     uint8_t split;   /* turned by the splitting integrator */
     uint8_t flags;   /* slots.c: what is wrong with it */
-    uint8_t absent; /* not fit to meet anything */
+    uint8_t absent;  /* not fit to meet anything */
 } jsl_rigid_slot;
 
 /* Lanes of one colour: [begin, begin + count), padded to JSL_LANES. */

@@ -102,13 +102,13 @@ jsl_result jsl_rigid_slots_update(jsl_rigid_room *room, const jsl_step_context *
         const jsl_rigid_view *view = &room->view.at[v];
         if (view->rows.present >> 6 & 1) continue;
         for (int64_t r = 0; r < view->rows.count; r++)
-            room->slot.at[room->slot.count++] = (jsl_rigid_slot){
-                .id = jsl_entity_id(view->rows.entity[r]),
-                .entity = view->rows.entity[r],
-                .view = (int32_t)v,
-                .row = (int32_t)r,
-                .dynamic = is_dynamic(view, r),
-                .moving = !(view->body.body_flags[r] & JSL_BODY_FROZEN)};
+            room->slot.at[room->slot.count++] =
+                (jsl_rigid_slot){.id = jsl_entity_id(view->rows.entity[r]),
+                                 .entity = view->rows.entity[r],
+                                 .view = (int32_t)v,
+                                 .row = (int32_t)r,
+                                 .dynamic = is_dynamic(view, r),
+                                 .moving = !(view->body.body_flags[r] & JSL_BODY_FROZEN)};
     }
     return JSL_OK;
 }

@@ -17,9 +17,10 @@
  * ---------------------------------------------------------------- */
 
 #define JSL_LINE 16 /* reals of a body's line: v 3, 1/m, w 3, 0, world inverse inertia 6, 0, 0 */
-#define JSL_MOVE 8  /* displacement since the step's origin 3, 0, rotation since then (quaternion) \
-                     */
-#define JSL_BASE 8  /* velocity after kicks and before impulses of this sub-step: v 3, 0, w 3, 0 */
+#define JSL_MOVE                                                                                   \
+    8              /* displacement since the step's origin 3, 0, rotation since then (quaternion)  \
+                    */
+#define JSL_BASE 8 /* velocity after kicks and before impulses of this sub-step: v 3, 0, w 3, 0 */
 #define JSL_KICK                                                                                   \
     8 /* acceleration 3, linear damping factor, angular acceleration 3, angular factor */
 #define JSL_POSE 8 /* position 3, 0, orientation */
@@ -50,8 +51,10 @@ enum {
     JSL_GEO_BOUNCE = 43,  /* restitution of the pair */
     JSL_GEO_TURN = 44,    /* q_A* q_B when built */
     JSL_GEO_OFFSET = 48,  /* R_A^T (x_B - x_A) when built */
-    JSL_GEO_SCALE = 51,   /* 1 / margin */
-    JSL_GEO = 52
+    JSL_GEO_ROUND =
+        52, /* radii of A and B about the cores that the points belong to: 0 for boxes */
+    JSL_GEO_SCALE = 54, /* 1 / margin */
+    JSL_GEO = 56
 };
 /* Separation of a point that is not there. */
 #define JSL_FAR JSL_R(1e9)
@@ -82,8 +85,9 @@ enum {
     JSL_F_TWIST_MASS = 12,
     JSL_F_MASS = 13,   /* inverse of the 2x2 block: 11, 12, 22 */
     JSL_F_COUPLE = 16, /* 3 of the twist, 4 each of the tangents: see the prepare kernel */
-    JSL_F_SUM = 27,    /* over the step: normal impulse, two tangential */
-    JSL_F = 30
+    JSL_F_ROUND = 27,  /* radii of A and B */
+    JSL_F_SUM = 29,    /* over the step: normal impulse, two tangential */
+    JSL_F = 32
 };
 /* Fields of the bounce part, touched only when some pair has restitution. */
 enum { JSL_R_BOUNCE = 0, JSL_R_SPEED = 1, JSL_R_MOST = 5, JSL_R_FIELDS = 9 };

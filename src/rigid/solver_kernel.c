@@ -69,7 +69,7 @@ JSL_INLINE void apply(const jsl_rigid_bodies *bodies, const int32_t *ia, const i
 /* The manifold in the world, about x_B. */
 typedef struct manifold {
     lvec normal, t1, t2, p[4], to_a; /* to_a: x_B - x_A */
-    wreal gap[4], there[4], impulse[4], mu, bounce;
+    wreal gap[4], there[4], impulse[4], mu, bounce, round_a, round_b;
     lvec tangent;
     wreal twist;
 } manifold;
@@ -86,7 +86,8 @@ JSL_INLINE void read_manifold(const jsl_rigid_pass *pass, const int32_t *contact
     m->normal = lmat_mul(ra, get_vec(pass->geo + JSL_GEO_NORMAL, JSL_GEO, contact, &m->mu));
     m->tangent = get_vec(pass->geo + JSL_GEO_TANGENT, JSL_GEO, contact, &m->twist);
     lvec shift = get_vec(pass->geo + JSL_GEO_SHIFT, JSL_GEO, contact, &m->bounce);
-    get_vec(pass->geo + JSL_GEO_OFFSET, JSL_GEO, contact, scale);
+    lvec round = get_vec(pass->geo + JSL_GEO_ROUND, JSL_GEO, contact, NULL);
+    m->round_a = round.x, m->round_b = round.y, *scale = round.z;
     for (int j = 0; j < 4; j++) {
         wreal built;
         lvec a = get_vec(pass->geo + JSL_GEO_A + 4 * j, JSL_GEO, contact, &built);
@@ -151,6 +152,8 @@ JSL_INLINE void prepare_friction(jsl_real *f, const manifold *m, lvec arm_a, lve
     PUT(f, JSL_F_TANGENT, ldot(m->tangent, m->t1));
     PUT(f, JSL_F_TANGENT + 1, ldot(m->tangent, m->t2));
     PUT(f, JSL_F_TWIST, m->twist);
+    PUT(f, JSL_F_ROUND, m->round_a);
+    PUT(f, JSL_F_ROUND + 1, m->round_b);
     for (int k = 0; k < 3; k++) PUT(f, JSL_F_SUM + k, wset(0));
 }
 
@@ -314,19 +317,22 @@ JSL_INLINE lvec turned_back(lquat q, lvec n) {
     return lsub(lscale(q.w, t), lcross(u, t));
 }
 
-/* Separations now, from the motion since the step's origin: linear in x_j, y_j. */
+/* Separations now, from the motion since the step's origin: linear in x_j, y_j. What turns with a
+ * body is the core under the point, not the point: a ball that rolls stays as near as it was. */
 typedef struct gaps {
     wreal s0, s1, s2;
 } gaps;
-JSL_INLINE gaps moved_gaps(const jsl_rigid_pass *pass, const int32_t *ia, const int32_t *ib,
-                           const frame *s) {
+JSL_INLINE gaps moved_gaps(const jsl_rigid_pass *pass, const jsl_real *f, const int32_t *ia,
+                           const int32_t *ib, const frame *s) {
     const jsl_rigid_bodies *bodies = &pass->bodies;
     lvec xa = get_vec(bodies->move, JSL_MOVE, ia, NULL),
          xb = get_vec(bodies->move, JSL_MOVE, ib, NULL);
     lvec da = turned_back(get_quat(bodies->move + 4, JSL_MOVE, ia), s->nr),
          db = turned_back(get_quat(bodies->move + 4, JSL_MOVE, ib), s->nr), d = lsub(db, da);
-    return (gaps){ldot(s->nr, lsub(xb, xa)) + (ldot(db, s->arm_b) - ldot(da, s->arm_a)),
-                  ldot(d, s->t1), ldot(d, s->t2)};
+    lvec core_a = lmsub(s->arm_a, GET(f, JSL_F_ROUND), s->nr),
+         core_b = lmadd(s->arm_b, GET(f, JSL_F_ROUND + 1), s->nr);
+    return (gaps){ldot(s->nr, lsub(xb, xa)) + (ldot(db, core_b) - ldot(da, core_a)), ldot(d, s->t1),
+                  ldot(d, s->t2)};
 }
 
 /* Twist and central friction, which see the normal impulses just changed through the stored
@@ -369,7 +375,7 @@ JSL_INLINE void relax(const jsl_rigid_pass *pass, int64_t begin, int64_t end, co
         const int32_t *ia = pass->blocks.a + lane, *ib = pass->blocks.b + lane;
         frame s;
         open_frame(pass, n, ia, ib, &s);
-        gaps g = moved_gaps(pass, ia, ib, &s);
+        gaps g = moved_gaps(pass, f, ia, ib, &s);
         wreal total = zero, lever = zero;
         for (int j = 0; j < 4; j++) {
             wreal gap = GET(f, JSL_F_GAP + j) + (g.s0 + s.x[j] * g.s1 + s.y[j] * g.s2);
