@@ -81,8 +81,6 @@ typedef struct jsl_gap {
  * jsl_shape_check. */
 JSL_API jsl_result jsl_shape_distance(const jsl_shape_desc *a, jsl_pose pose_a,
                                       const jsl_shape_desc *b, jsl_pose pose_b, jsl_gap *out);
-<<<<<<< HEAD
-=======
 
 /* A shape's motion during a step: constant velocity and constant spin (world) about its origin. */
 typedef struct jsl_sweep {
@@ -120,7 +118,6 @@ JSL_API jsl_result jsl_time_of_impact(const jsl_shape_desc *a, const jsl_sweep *
                                       const jsl_shape_desc *b, const jsl_sweep *sweep_b,
                                       jsl_real dt, jsl_real tolerance, jsl_toi_method method,
                                       jsl_toi *out);
->>>>>>> geometry
 
 #define JSL_MAX_MANIFOLD 4
 /* Contact of two placed shapes: up to 4 points sharing one normal. */
