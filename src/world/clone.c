@@ -52,9 +52,9 @@ jsl_result jsl_world_restore_file(jsl_world *w, const char *path) {
 static jsl_result same_rooms(const jsl_world *from, jsl_world *to) {
     for (int i = 0; i < JSL_ROOM_COUNT; i++)
         if (from->room[i] && !to->room[i]) JSL_TRY(from->hooks[i]->use(to));
-    jsl_component look;
-    if (jsl_component_find(from->ecs, "look", &look) == JSL_OK)
-        JSL_TRY(jsl_look_set_n(to, NULL, 0, 0));
+    for (int i = 0; i < jsl_component_count(from->ecs); i++)
+        if (strcmp(jsl_component_info(from->ecs, i)->name, "look") == 0)
+            JSL_TRY(jsl_look_set_n(to, NULL, 0, 0));
     return JSL_OK;
 }
 
