@@ -93,7 +93,7 @@ static void from_desc(const jsl_flock_desc *d, jsl_flock_values *v) {
     v->near_distance = or_else(d->near_distance, plain ? 1.5 : 0);
     v->max_speed = or_else(d->max_speed, 9);
     v->min_speed = d->min_speed;
-    v->max_accel = or_else(d->max_accel, 27);
+    v->max_accel = or_else(d->max_accel, 36);
     v->negotiation = (uint32_t)d->negotiation;
     v->response = (uint32_t)d->response;
     v->period = d->period ? (uint32_t)d->period : 1;
