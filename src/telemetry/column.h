@@ -49,7 +49,8 @@ int jsl_encoding_bytes(int encoding);
 uint16_t jsl_f16_from_f32(float x);
 float jsl_f32_from_f16(uint16_t h);
 
-/* The smallest and largest finite number; both 0 when there is none. */
+/* The smallest and largest number, those of 2^127 and more and NaN left out; both 0 when there is
+ * none. */
 void jsl_column_range(const float *x, int64_t n, float *lo, float *hi);
 /* Bytes of n values (F32, F16, U16Q). U16Q: code = round((x - lo) / step), clamped; what is not
  * finite becomes code 0. The error is at most step / 2 = (hi - lo) / 131070, and the rounding of

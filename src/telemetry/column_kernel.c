@@ -16,7 +16,7 @@ void JSL_KERNEL(jsl_kernel_range)(const float *x, int64_t n, float *lo, float *h
     for (int64_t i = 0; i < n; i++) {
         int32_t bits;
         memcpy(&bits, &x[i], 4);
-        bool finite = (bits & 0x7fffffff) < 0x7f800000;
+        bool finite = (bits & 0x7fffffff) < 0x7f000000; /* |x| < 2^127: the span is finite too */
         int32_t key = key_of(bits), low = finite ? key : INT32_MAX, high = finite ? key : INT32_MIN;
         least = low < least ? low : least;
         most = high > most ? high : most;
