@@ -29,9 +29,10 @@ layout(std140) uniform Frame {
 };
 );
 
-/* The tone curve is a rational fit of a film's response, display gamma included (Hejl and Burgess-Dawson, in Hable 2010,
- * "Uncharted 2: HDR lighting").
- * Ambient light is a hemisphere: sky above, what the ground returns below. Highlights: Blinn 1977. */
+/* The tone curve is a rational fit of a film's response, display gamma included (Hejl and
+ * Burgess-Dawson, in Hable 2010, "Uncharted 2: HDR lighting").
+ * Ambient light is a hemisphere: sky above, what the ground returns below. Highlights: Blinn
+ * 1977. */
 const char jsl_shader_light[] = GLSL(
 uniform sampler2DShadow shadow_map;
 
@@ -63,7 +64,8 @@ float sunlit(vec3 p, vec3 n) {
 }
 
 vec3 diffuse(vec3 albedo, vec3 n, float light, float open) {
-    vec3 ambient = mix(bounce.rgb, mix(horizon.rgb, zenith.rgb, 0.45) * vec3(0.78, 0.74, 0.68), n.z * 0.5 + 0.5);
+    vec3 above = mix(horizon.rgb, zenith.rgb, 0.45) * vec3(0.78, 0.74, 0.68);
+    vec3 ambient = mix(bounce.rgb, above, n.z * 0.5 + 0.5);
     return albedo * (sunlight.rgb * (max(dot(n, sun.xyz), 0.0) * light) + ambient * open);
 }
 
@@ -89,8 +91,8 @@ vec3 haze(vec3 c, vec3 p) {
 }
 );
 
-/* One vertex: a point of a unit box or a pole, and a direction. Scaled point + radius * direction gives boxes, spheres
- * and capsules alike. */
+/* One vertex: a point of a unit box or a pole, and a direction. Scaled point + radius * direction
+ * gives boxes, spheres and capsules alike. */
 const char jsl_shader_body_vs[] = GLSL(
 layout(location = 0) in vec3 vertex;
 layout(location = 1) in vec3 normal;
@@ -121,8 +123,9 @@ void main() {
 }
 );
 
-/* A box gets rounded-looking edges (its normal bends towards the neighbour face) and a thin dark line on them, so that
- * equal boxes in a pile stay apart for the eye. Round things get faint octants, so that their spin shows. */
+/* A box gets rounded-looking edges (its normal bends towards the neighbour face) and a thin dark
+ * line on them, so that equal boxes in a pile stay apart for the eye. Round things get faint
+ * octants, so that their spin shows. */
 const char jsl_shader_body_fs[] = GLSL(
 in vec3 local;
 in vec3 local_normal;
@@ -171,8 +174,8 @@ const char jsl_shader_none_fs[] = GLSL(
 void main() {}
 );
 
-/* A bird in units of its length, x forward, y left, z up. beat is how far out on the wing a vertex is, with the sign of its side: the
- * wing turns about the shoulder, its tip later than its root. */
+/* A bird in units of its length, x forward, y left, z up. beat is how far out on the wing a vertex
+ * is, with the sign of its side: the wing turns about the shoulder, its tip later than its root. */
 const char jsl_shader_bird_vs[] = GLSL(
 layout(location = 0) in vec3 vertex;
 layout(location = 1) in vec2 beat;

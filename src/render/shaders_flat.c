@@ -21,8 +21,8 @@ void main() {
 }
 );
 
-/* Lines of a grid, filtered over the footprint of a pixel: a line that gets thinner than a pixel gets fainter instead
- * (B. Golus 2022, "The best darn grid shader (yet)", explains why). */
+/* Lines of a grid, filtered over the footprint of a pixel: a line that gets thinner than a pixel
+ * gets fainter instead (B. Golus 2022, "The best darn grid shader (yet)", explains why). */
 const char jsl_shader_plane_fs[] = GLSL(
 in vec3 place;
 in vec2 metre;
@@ -41,7 +41,9 @@ float lines(vec2 at, vec2 foot, float cell, float pixels, float metres) {
 
 void main() {
     vec3 n = cross(plane[1].xyz, plane[2].xyz);
-    vec2 foot = vec2(length(vec2(dFdx(metre.x), dFdy(metre.x))), length(vec2(dFdx(metre.y), dFdy(metre.y))));
+    vec2 dx = dFdx(metre);
+    vec2 dy = dFdy(metre);
+    vec2 foot = sqrt(dx * dx + dy * dy);
     float minor = lines(metre, foot, grid.x, 1.0, 0.012 * grid.x);
     float major = lines(metre, foot, grid.x * 10.0, 1.6, 0.030 * grid.x);
     float light = SHADED ? sunlit(place, n) : 1.0;
@@ -60,7 +62,8 @@ void main() {
     float alpha = plane[4].w;
     if (!LEVEL) {
         float r = length(place - plane[0].xyz) * plane[2].w;
-        alpha = (alpha + 0.5 * grid.y * max(0.6 * minor, major) * (1.0 - alpha)) * (1.0 - smoothstep(0.75, 1.0, r));
+        alpha += 0.5 * grid.y * max(0.6 * minor, major) * (1.0 - alpha);
+        alpha *= 1.0 - smoothstep(0.75, 1.0, r);
     }
     result = vec4(tone(haze(c, place)), alpha);
 }
@@ -109,7 +112,8 @@ void main() {
 }
 );
 
-/* at.xy is 1 long on the rim of the ellipse; at.z says how much a place faces the sun: a hint of a ball. */
+/* at.xy is 1 long on the rim of the ellipse; at.z says how much a place faces the sun: a hint of a
+ * ball. */
 const char jsl_shader_sprite_fs[] = GLSL(
 in vec3 at;
 flat in vec4 color;
@@ -131,13 +135,16 @@ layout(location = 0) out vec4 result;
 void main() {
     vec2 t = at * 0.5 + 0.5;
     vec3 c = texture(image_a, t).rgb * 0.227;
-    c += (texture(image_a, t + stride.xy * 1.385).rgb + texture(image_a, t - stride.xy * 1.385).rgb) * 0.316;
-    c += (texture(image_a, t + stride.xy * 3.231).rgb + texture(image_a, t - stride.xy * 3.231).rgb) * 0.0703;
+    vec2 a = stride.xy * 1.385;
+    vec2 b = stride.xy * 3.231;
+    c += (texture(image_a, t + a).rgb + texture(image_a, t - a).rgb) * 0.316;
+    c += (texture(image_a, t + b).rgb + texture(image_a, t - b).rgb) * 0.0703;
     result = vec4(c, 1.0);
 }
 );
 
-/* Light that adds up without limit is laid over the picture like exposures of a film: it saturates towards white. */
+/* Light that adds up without limit is laid over the picture like exposures of a film: it saturates
+ * towards white. */
 const char jsl_shader_glow_fs[] = GLSL(
 in vec2 at;
 uniform sampler2D image_a;

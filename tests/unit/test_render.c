@@ -10,6 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* OSMesa 22.3 keeps some 270 bytes of every context that is destroyed, whatever the order of calls:
+ * not ours to report. */
+JSL_API const char *__lsan_default_suppressions(void);
+const char *__lsan_default_suppressions(void) { return "leak:libOSMesa\n"; }
+
 #define W 160
 #define H 90
 
@@ -211,7 +216,9 @@ static void a_plane_hides_what_is_under_it_but_only_from_above(void **state) {
     draw(*state, &s, &p);
     color above = at(&p, W / 2, H / 2);
     assert_true(above.r < 1.3 * above.g);
-    s.frame.camera = (jsl_frame_camera){{0, -6, 1}, {0, 0, 1}, 45, 0};
+    /* From below, through the plane, at a ball above it. */
+    s.body[2][1] = 4;
+    s.frame.camera = (jsl_frame_camera){{0, -4, 0}, {0, 0, 4}, 45, 0};
     draw(*state, &s, &p);
     color below = at(&p, W / 2, H / 2);
     assert_true(below.r > 1.5 * below.g);
