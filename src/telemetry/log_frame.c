@@ -100,7 +100,7 @@ static jsl_result decode_set(jsl_log_file *log, int32_t at) {
     for (int32_t c = set->head; c >= 0; c = log->chunk.at[c].next) {
         (void)jsl_state_decode(log->map + log->chunk.at[c].data, log->chunk.at[c].size, false,
                                &chunk);
-        decode_chunk(log, kind, &chunk);
+        if (chunk.n) decode_chunk(log, kind, &chunk);
     }
     log->decoded[kind] = at;
     return JSL_OK;

@@ -59,24 +59,25 @@ static void fail(jsl_log_writer *w, const char *what) {
              (long long)w->good, strerror(code));
 }
 
-static bool write_all(jsl_log_writer *w, const uint8_t *p, int64_t bytes) {
-    while (bytes > 0) {
-        ssize_t n = write(w->file, p, (size_t)bytes);
+/* How many of the bytes got written. */
+static int64_t write_bytes(jsl_log_writer *w, const uint8_t *p, int64_t bytes) {
+    int64_t done = 0;
+    while (done < bytes) {
+        ssize_t n = write(w->file, p + done, (size_t)(bytes - done));
         if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return false;
-        p += n;
-        bytes -= n;
+        if (n <= 0) break;
+        done += n;
     }
-    return true;
+    return done;
 }
 
-/* The whole events at the start of a span that one write takes. */
-static int64_t batch(const uint8_t *span, int64_t bytes, int64_t *events) {
+/* The whole events at the start of a span, at most `limit` bytes of them. */
+static int64_t whole_events(const uint8_t *span, int64_t bytes, int64_t limit, int64_t *events) {
     int64_t at = 0;
     *events = 0;
     while (at < bytes) {
         int64_t next = at + jsl_event_at(span + at).bytes;
-        if (at && next > SPAN_MAX) break;
+        if (next > limit) break;
         at = next;
         ++*events;
     }
@@ -115,21 +116,26 @@ static void sync_file(jsl_log_writer *w, bool closing) {
     }
 }
 
+static void write_span(jsl_log_writer *w, const uint8_t *span, int64_t bytes) {
+    int64_t events, lost;
+    int64_t done = w->failed ? 0 : write_bytes(w, span, bytes);
+    int64_t whole = whole_events(span, bytes, done, &events);
+    w->good += whole;
+    w->dirty |= whole > 0;
+    if (!w->failed && done < bytes) fail(w, "write");
+    account(w, span, whole, events, true);
+    whole_events(span + whole, bytes - whole, bytes - whole, &lost);
+    account(w, span + whole, bytes - whole, lost, false);
+}
+
 static void *run(void *arg) {
     jsl_log_writer *w = arg;
     for (bool closed = false; !closed;) {
         const uint8_t *span;
         int64_t bytes = jsl_ring_take(w->ring, SYNC_SECONDS, &span, &closed), events;
         if (bytes > 0) {
-            bytes = batch(span, bytes, &events);
-            bool written = !w->failed && write_all(w, span, bytes);
-            if (written) {
-                w->good += bytes;
-                w->dirty = true;
-            } else if (!w->failed) {
-                fail(w, "write");
-            }
-            account(w, span, bytes, events, written);
+            bytes = whole_events(span, bytes, SPAN_MAX, &events);
+            write_span(w, span, bytes);
             jsl_ring_release(w->ring, bytes);
         }
         sync_file(w, closed);
