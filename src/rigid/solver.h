@@ -44,7 +44,7 @@ enum {
     JSL_GEO_NORMAL = 0,   /* in A's frame, from A to B */
     JSL_GEO_FRICTION = 3, /* coefficient of the pair */
     JSL_GEO_A = 4,        /* point j at 4 + 4 j: R_A^T (p - x_B), and separation when built */
-    JSL_GEO_B = 20,       /* point j at 20 + 4 j: R_B^T (p - x_B), and normal impulse */
+    JSL_GEO_B = 20,       /* point j at 20 + 4 j: R_B^T (p - x_B), and a spare */
     JSL_GEO_TANGENT = 36, /* friction impulse, world */
     JSL_GEO_TWIST = 39,   /* twisting impulse about the normal */
     JSL_GEO_SHIFT = 40,   /* R_A^T (x_B - x_A): when built minus now */
@@ -53,8 +53,12 @@ enum {
     JSL_GEO_OFFSET = 48,  /* R_A^T (x_B - x_A) when built */
     JSL_GEO_ROUND =
         52, /* radii of A and B about the cores that the points belong to: 0 for boxes */
-    JSL_GEO_SCALE = 54, /* 1 / margin */
-    JSL_GEO = 56
+    JSL_GEO_SCALE = 54,   /* 1 / margin */
+    JSL_GEO_GAP = 55,     /* smallest separation now, m */
+    JSL_GEO_RUB = 56,     /* tangential impulse over the last step on B, world, N s */
+    JSL_GEO_PUSH = 59,    /* normal impulse over the last step, N s */
+    JSL_GEO_IMPULSE = 60, /* of the points, to start from */
+    JSL_GEO = 64
 };
 /* Separation of a point that is not there. */
 #define JSL_FAR JSL_R(1e9)
@@ -108,7 +112,7 @@ typedef struct jsl_rigid_soft {
 typedef struct jsl_rigid_pass {
     jsl_rigid_blocks blocks;
     jsl_rigid_bodies bodies;
-    const jsl_real *geo;
+    jsl_real *geo;
     jsl_real h, inv_h;
     jsl_rigid_soft pair, wall; /* between dynamic bodies; against the immovable */
     jsl_real push;             /* m/s, fastest correction of overlap */
@@ -134,13 +138,15 @@ JSL_RIGID_KERNEL(jsl_rigid_relax);
 JSL_RIGID_KERNEL(jsl_rigid_relax_wall);
 JSL_RIGID_KERNEL(jsl_rigid_bounce);
 JSL_RIGID_KERNEL(jsl_rigid_bounce_wall);
+JSL_RIGID_KERNEL(jsl_rigid_store);
 JSL_RIGID_KERNEL(jsl_rigid_kick_first);
 JSL_RIGID_KERNEL(jsl_rigid_kick_next);
 JSL_RIGID_KERNEL(jsl_rigid_drift);
 
 /* The kernels of one ISA level. */
 typedef struct jsl_rigid_kernels {
-    jsl_rigid_lanes_fn *prepare, *warm[2], *solve[2], *relax[2], *bounce[2]; /* [1]: _wall */
+    jsl_rigid_lanes_fn *prepare, *store, *warm[2], *solve[2], *relax[2],
+        *bounce[2]; /* [1]: _wall */
     jsl_rigid_slots_fn *kick_first, *kick_next, *drift;
 } jsl_rigid_kernels;
 

@@ -88,10 +88,11 @@ JSL_INLINE void read_manifold(const jsl_rigid_pass *pass, const int32_t *contact
     lvec shift = get_vec(pass->geo + JSL_GEO_SHIFT, JSL_GEO, contact, &m->bounce);
     lvec round = get_vec(pass->geo + JSL_GEO_ROUND, JSL_GEO, contact, NULL);
     m->round_a = round.x, m->round_b = round.y, *scale = round.z;
+    lgather(pass->geo + JSL_GEO_IMPULSE, JSL_GEO, contact, m->impulse);
     for (int j = 0; j < 4; j++) {
         wreal built;
         lvec a = get_vec(pass->geo + JSL_GEO_A + 4 * j, JSL_GEO, contact, &built);
-        lvec b = get_vec(pass->geo + JSL_GEO_B + 4 * j, JSL_GEO, contact, &m->impulse[j]);
+        lvec b = get_vec(pass->geo + JSL_GEO_B + 4 * j, JSL_GEO, contact, NULL);
         a = lmat_mul(ra, ladd(a, shift));
         b = lmat_mul(rb, b);
         m->there[j] = lkeep(wgt(wset(JSL_FAR / 2), built), one);
@@ -423,6 +424,32 @@ JSL_INLINE void bounce(const jsl_rigid_pass *pass, int64_t begin, int64_t end, c
         PUT(f, JSL_F_SUM, GET(f, JSL_F_SUM) + s.pn);
         apply(&pass->bodies, ia, ib, &s.A, &s.B, lscale(s.pn, s.nr),
               lmsub(lscale(s.lx, s.t2), s.ly, s.t1), s.arm_a, s.arm_b, wall);
+    }
+}
+
+/* Impulses go back to their contacts: the next step starts from them, and callers read the sums. */
+void JSL_KERNEL(jsl_rigid_store)(const jsl_rigid_pass *pass, int64_t begin, int64_t end) {
+    for (int64_t lane = begin; lane < end; lane += WN) {
+        const jsl_real *n = PART(pass->blocks.normal, JSL_N, lane),
+                       *f = PART(pass->blocks.friction, JSL_F, lane);
+        const int32_t *contact = pass->blocks.contact + lane;
+        lvec nr = GET3(n, JSL_N_NORMAL), t1 = GET3(n, JSL_N_TANGENT), t2 = lcross(t1, nr);
+        lvec tangent = lmadd(lscale(GET(f, JSL_F_TANGENT), t1), GET(f, JSL_F_TANGENT + 1), t2);
+        lvec rub = lmadd(lscale(GET(f, JSL_F_SUM + 1), t1), GET(f, JSL_F_SUM + 2), t2);
+        wreal impulse[4], last[4] = {tangent.x, tangent.y, tangent.z, GET(f, JSL_F_TWIST)},
+                          sums[4] = {rub.x, rub.y, rub.z, GET(f, JSL_F_SUM)};
+        wreal gap = GET(n, JSL_N_GAP);
+        for (int j = 0; j < 4; j++) {
+            impulse[j] = GET(n, JSL_N_IMPULSE + j);
+            gap = lmin(gap, GET(n, JSL_N_GAP + j));
+        }
+        lscatter(pass->geo + JSL_GEO_TANGENT, JSL_GEO, contact, last);
+        lscatter(pass->geo + JSL_GEO_RUB, JSL_GEO, contact, sums);
+        lscatter(pass->geo + JSL_GEO_IMPULSE, JSL_GEO, contact, impulse);
+        jsl_real each[JSL_LANES] __attribute__((aligned(JSL_ALIGN)));
+        wstore(each, gap);
+        for (int k = 0; k < WN; k++)
+            pass->geo[(int64_t)contact[k] * JSL_GEO + JSL_GEO_GAP] = each[k];
     }
 }
 
