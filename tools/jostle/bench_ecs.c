@@ -23,7 +23,7 @@ JSL_COMPONENT_FIELDS(place, PLACE_FIELDS);
 JSL_COMPONENT_FIELDS(pace, PACE_FIELDS);
 static const jsl_field heat_fields[] = {{"kelvin", "K", JSL_TYPE_REAL, JSL_STATE}};
 
-#define REPEATS 21
+#define REPEATS 41
 #define MILLION 1000000
 
 typedef struct bench {
@@ -98,7 +98,7 @@ static void bench_advance(bench *b, int64_t n) {
                 raw[(size_t)k * stride + (size_t)i] = ((jsl_real *)rows.column[k])[i] =
                     (jsl_real)(i % 7) - 3;
         double ours[REPEATS], theirs[REPEATS];
-        int64_t rounds = n < 4000000 ? 4000000 / n : 1;
+        int64_t rounds = n < MILLION ? MILLION / n : 1;
         for (int r = 0; r < REPEATS; r++) {
             double start = jsl_seconds();
             for (int64_t i = 0; i < rounds; i++) advance(p, v, JSL_R(1e-3), n);
