@@ -59,7 +59,7 @@ static bool check_table(const jsl_ecs *ecs, const jsl_table *t, jsl_ecs_report *
         jsl_table_lookup(ecs, t->mask) != t || ecs->table.at[t->id] != t)
         return wrong(r, "table %u is inconsistent: %lld of %lld rows", t->id, (long long)t->count,
                      (long long)t->cap);
-    const unsigned char *end = (const unsigned char *)t->entity + (size_t)t->cap * 8;
+    const unsigned char *end = t->cap ? (const unsigned char *)(t->entity + t->cap) : NULL;
     if (t->cap && (const unsigned char *)t->entity != t->block)
         return wrong(r, "table %u: its handles lie elsewhere", t->id);
     int columns = 0;

@@ -49,7 +49,7 @@ typedef struct jsl_boid_table {
     bool is_body;     /* moved by somebody else */
 } jsl_boid_table;
 
-#define JSL_FLOCK_SPLIT 2 /* cells per radius along x */
+#define JSL_FLOCK_SPLIT 4 /* cells per radius along x */
 #define JSL_FLOCK_NONE UINT32_MAX
 
 /* Everything here is rebuilt each step from components. Boids are numbered 0..count-1, table by

@@ -6,15 +6,16 @@
 #include "flock/room.h"
 
 #define MAX_THREATS 256 /* obstacles looked at together */
-#define GAZE_BOIDS 6    /* boids that share candidates: more save copying, fewer save looking */
-#define GAZE_CELLS (3 * JSL_FLOCK_SPLIT)
+/* Boids that share candidates, and the cells they may lie in: more save copying, fewer save
+ * looking. */
+#define GAZE_BOIDS 6
+#define GAZE_CELLS (2 * JSL_FLOCK_SPLIT)
 
 typedef struct scratch {
     jsl_sense_scratch sense;
     jsl_deciders boids;
     jsl_gaze gaze[JSL_FLOCK_CHUNK];
     int64_t who[JSL_FLOCK_CHUNK]; /* places of the boids that decide */
-    jsl_entity entity[JSL_FLOCK_CHUNK];
     int count;
 } scratch;
 
@@ -41,34 +42,39 @@ static void want_nothing(jsl_flock_room *room, int64_t place) {
 /* Boids of places [begin, end) whose turn it is: entity slots take turns. */
 static void gather(const job *j, const jsl_flock_state *f, int64_t begin, int64_t end, scratch *s) {
     const jsl_flock_room *room = j->room;
+    const jsl_sight *c = &room->sight;
+    const jsl_real *const at[3] = {c->x, c->y, c->z}, *const matched[3] = {c->ux, c->uy, c->uz};
     const uint32_t period = f->value.period, turn = (uint32_t)(j->context->step % period);
-    const bool all = period == 1;
     jsl_deciders *b = &s->boids;
     int n = 0;
     for (int64_t i = begin; i < end; i++) {
         int64_t row;
-        const jsl_boid_table *t = jsl_flock_home(room, i, &row);
-        const jsl_entity entity = t->rows.entity[row];
-        if (!all && entity.index % period != turn) continue;
-        s->who[n] = i;
-        s->entity[n] = entity;
-        b->v[0][n] = t->velocity.vx[row];
-        b->v[1][n] = t->velocity.vy[row];
-        b->v[2][n] = t->velocity.vz[row];
-        n++;
+        if (period > 1 && jsl_flock_home(room, i, &row)->rows.entity[row].index % period != turn)
+            continue;
+        s->who[n++] = i;
     }
     s->count = n;
-    const jsl_sight *c = &room->sight;
-    const jsl_real *const at[3] = {c->x, c->y, c->z}, *const matched[3] = {c->ux, c->uy, c->uz};
     for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < n; i++) {
-            b->p[k][i] = at[k][s->who[i]];
-            b->u[k][i] = b->h[k][i] = matched[k][s->who[i]];
-            b->avoid[k][i] = 0;
-        }
+        for (int i = 0; i < n; i++) b->p[k][i] = at[k][s->who[i]];
+        for (int i = 0; i < n; i++) b->u[k][i] = matched[k][s->who[i]];
+        memcpy(b->h[k], b->u[k], (size_t)n * sizeof(jsl_real));
+        memset(b->avoid[k], 0, (size_t)n * sizeof(jsl_real));
     }
     if (f->value.response != JSL_FLOCK_DIRECTION)
         JSL_KERNEL_PICK(j->context->isa, jsl_flock_heading)(b->h[0], b->h[1], b->h[2], n);
+    if (!f->led && !j->obstacle) return;
+    for (int i = 0; i < n; i++) {
+        int64_t row;
+        const jsl_boid_table *t = jsl_flock_home(room, s->who[i], &row);
+        b->v[0][i] = t->velocity.vx[row];
+        b->v[1][i] = t->velocity.vy[row];
+        b->v[2][i] = t->velocity.vz[row];
+    }
+}
+
+static jsl_entity entity_at(const jsl_flock_room *room, int64_t place) {
+    int64_t row;
+    return jsl_flock_home(room, place, &row)->rows.entity[row];
 }
 
 /* -- Perception
@@ -100,23 +106,30 @@ static int spans_around(const jsl_flock_room *room, const jsl_flock_grid *g, int
 static int group(const jsl_flock_room *room, const jsl_flock_state *f, scratch *s) {
     const jsl_flock_grid *g = &f->grid;
     const uint64_t *key = room->key.at;
-    int64_t hint[9] = {0};
+    int64_t hint[9] = {0}, row = 0;
+    uint64_t row_begin = 0, row_end = 0;
     int gazes = 0;
     for (int i = 0; i < s->count;) {
-        const uint64_t cell = key[s->who[i]] - g->base;
-        const int64_t row = (int64_t)(cell / (uint64_t)g->nx), x0 = (int64_t)cell - row * g->nx;
-        const uint64_t row_end = g->base + (uint64_t)((row + 1) * g->nx);
-        const uint64_t far = key[s->who[i]] + GAZE_CELLS;
+        const uint64_t first = key[s->who[i]];
+        if (first >= row_end) {
+            row = (int64_t)((first - g->base) / (uint64_t)g->nx);
+            row_begin = g->base + (uint64_t)(row * g->nx);
+            row_end = row_begin + (uint64_t)g->nx;
+        }
+        uint64_t last = first;
         int e = i + 1;
-        while (
-            e < s->count && key[s->who[e]] < row_end &&
-            (key[s->who[e]] == key[s->who[e - 1]] || (e - i < GAZE_BOIDS && key[s->who[e]] < far)))
-            e++;
-        const int64_t x1 = (int64_t)(key[s->who[e - 1]] - g->base) - row * g->nx;
+        for (; e < s->count; e++) {
+            const uint64_t next = key[s->who[e]];
+            if (next == last) continue;
+            if (next >= row_end || e - i >= GAZE_BOIDS || next >= first + GAZE_CELLS) break;
+            last = next;
+        }
         jsl_gaze *gaze = &s->gaze[gazes++];
         gaze->begin = i;
         gaze->end = e;
-        gaze->spans = spans_around(room, g, x0, x1, row % g->ny, row / g->ny, hint, gaze->span);
+        gaze->spans =
+            spans_around(room, g, (int64_t)(first - row_begin), (int64_t)(last - row_begin),
+                         row % g->ny, row / g->ny, hint, gaze->span);
         i = e;
     }
     return gazes;
@@ -124,12 +137,12 @@ static int group(const jsl_flock_room *room, const jsl_flock_state *f, scratch *
 
 /* Boids at exactly the same place have no direction apart: each gets one from its id, as at a
  * hundredth of the reach. */
-static void part_company(const jsl_flock_state *f, scratch *s) {
+static void part_company(const jsl_flock_room *room, const jsl_flock_state *f, scratch *s) {
     if (f->lens.radius_sq[JSL_SEPARATION] < 0) return;
     const jsl_real push = 100 / jsl_sqrt(f->lens.reach_sq);
     for (int i = 0; i < s->count; i++) {
         if (!(s->sense.sense[JSL_COUNT_SAME][i] > 1)) continue;
-        jsl_rng rng = jsl_rng_make(0, jsl_entity_id(s->entity[i]), 0, 0);
+        jsl_rng rng = jsl_rng_make(0, jsl_entity_id(entity_at(room, s->who[i])), 0, 0);
         jsl_vec3 d = jsl_v3(jsl_rng_signed(&rng), jsl_rng_signed(&rng), jsl_rng_signed(&rng));
         d = jsl_scale(jsl_normalize(d), push);
         s->sense.sense[JSL_SUM_SEPARATION][i] -= d.x;
@@ -149,7 +162,7 @@ static void look(const job *j, const jsl_flock_state *f, scratch *s) {
     const int gazes = group(j->room, f, s);
     JSL_KERNEL_PICK(j->context->isa, jsl_flock_sense)
     (&f->lens, &j->room->sight, s->gaze, gazes, s->who, heading, &s->sense);
-    part_company(f, s);
+    part_company(j->room, f, s);
 }
 
 /* -- Obstacles
@@ -215,12 +228,12 @@ static void avoid_one(const job *j, uint32_t flock, scratch *s, int i, jsl_avoid
     int n = 0;
     boid->p = jsl_v3(b->p[0][i], b->p[1][i], b->p[2][i]);
     boid->v = jsl_v3(b->v[0][i], b->v[1][i], b->v[2][i]);
-    boid->who = jsl_entity_id(s->entity[i]);
+    const jsl_entity self = entity_at(j->room, s->who[i]);
+    boid->who = jsl_entity_id(self);
     const jsl_real speed = jsl_length(boid->v) + j->fastest;
     for (int k = 0; k < count; k++) {
         const jsl_obstacle *o = &j->obstacle[list[k]];
-        if (jsl_entity_equal(o->entity, s->entity[i]) || (j->obstacle_flock[list[k]] == flock))
-            continue;
+        if (jsl_entity_equal(o->entity, self) || j->obstacle_flock[list[k]] == flock) continue;
         const jsl_real far = speed * boid->horizon + boid->room + o->radius + o->half;
         if (!o->plane && jsl_length_sq(jsl_sub(o->centre, boid->p)) > far * far) continue;
         mine[n++] = list[k];

@@ -59,7 +59,7 @@ static void commands_are_applied_when_the_stage_ends(void **state) {
     jsl_iter it = jsl_query_begin(f.ecs, fixture_query(&f, P | V, 0), 0);
     assert_true(jsl_query_next(&it, &rows));
     assert_true(rows.count == 1);
-    for (int k = 0; k < 6; k++) assert_true(*(jsl_real *)rows.column[k] == k + 1);
+    for (int k = 0; k < 6; k++) assert_true(*(jsl_real *)rows.column[k] == (jsl_real)(k + 1));
     fixture_close(&f);
 }
 

@@ -308,6 +308,70 @@ static void boids_may_come_and_go_between_and_during_steps(void **state) {
     assert_i64(jsl_entity_count(stage.ecs), 1 + 400 - 200 + 100);
 }
 
+/* A user system that makes and destroys boids between INDEX and DECIDE. */
+typedef struct meddler {
+    jsl_entity victim;
+    jsl_component set[3];
+    jsl_flock flock;
+} meddler;
+static jsl_result meddle(const jsl_step_context *context, void *user) {
+    const meddler *m = user;
+    const struct {
+        jsl_real p[3], v[3];
+        jsl_entity flock;
+        jsl_real a[3];
+        uint32_t flags, neighbours;
+    } fresh = {.p = {1, 2, 3}, .v = {1, 0, 0}, .flock = m->flock.entity};
+    JSL_TRY(jsl_defer_destroy(context, m->victim));
+    return jsl_defer_create(context, m->set, 3, &fresh, sizeof fresh);
+}
+
+static void boids_made_after_the_index_are_seen_in_the_same_step(void **state) {
+    (void)state;
+    meddler m;
+    m.flock = flock_stage_flock(&stage, &(jsl_flock_desc){0});
+    assert_ok(jsl_component_find(stage.ecs, "position", &m.set[0]));
+    assert_ok(jsl_component_find(stage.ecs, "velocity", &m.set[1]));
+    assert_ok(jsl_component_find(stage.ecs, "boid", &m.set[2]));
+    jsl_entity boid[50];
+    jsl_boid_spawn spawn = {.radius = 20, .velocity_spread = 3};
+    assert_ok(jsl_flock_room_boid_create_n(stage.room, 1, m.flock, 50, &spawn, boid));
+    m.victim = boid[3];
+    jsl_system_desc desc = {
+        .name = "meddler", .stage = JSL_STAGE_PERCEIVE, .run_whole = meddle, .user = &m};
+    assert_ok(jsl_system_register(stage.ecs, &desc));
+    flock_stage_decide(&stage, JSL_R(1.0 / 60));
+    assert_i64(jsl_entity_count(stage.ecs), 51);
+    /* Everyone's neighbours, against all pairs of those alive now. */
+    jsl_rows rows;
+    jsl_query_desc all = {{{m.set[0], JSL_READ}, {m.set[1], JSL_READ}, {m.set[2], JSL_READ}}};
+    jsl_query query;
+    assert_ok(jsl_query_create(stage.ecs, &all, &query));
+    jsl_iter it = jsl_query_begin(stage.ecs, query, 0);
+    assert_true(jsl_query_next(&it, &rows));
+    assert_i64(rows.count, 50);
+    const jsl_position_columns p = jsl_position_of(&rows, 0);
+    const jsl_velocity_columns v = jsl_velocity_of(&rows, 1);
+    const jsl_boid_columns b = jsl_boid_of(&rows, 2);
+    const double r[3] = {5, 7.5, 9}, c[3] = {-0.707, 0.7, -0.15};
+    int fresh = 0;
+    for (int i = 0; i < 50; i++) {
+        uint32_t n = 0;
+        for (int k = 0; k < 50; k++) {
+            const jsl_vec3 d = jsl_v3(p.px[k] - p.px[i], p.py[k] - p.py[i], p.pz[k] - p.pz[i]);
+            const double l = (double)jsl_length(d);
+            const double cosine =
+                (double)jsl_dot(d, jsl_normalize(jsl_v3(v.vx[i], v.vy[i], v.vz[i]))) / l;
+            bool sees = l < 1.5;
+            for (int q = 0; q < 3; q++) sees |= l <= r[q] && cosine > c[q];
+            n += k != i && sees;
+        }
+        assert_int_equal(b.neighbours[i], n);
+        fresh += p.px[i] == 1 && p.py[i] == 2 && p.pz[i] == 3;
+    }
+    assert_int_equal(fresh, 1);
+}
+
 static void running_out_of_memory_skips_a_step_and_says_so(void **state) {
     (void)state;
     int warned = 0, clean = 0;
@@ -347,6 +411,7 @@ int main(void) {
         TEST(spawns_fill_their_shape_and_depend_on_seed_and_entity_alone),
         TEST(a_dead_leader_leads_nobody),
         TEST(boids_may_come_and_go_between_and_during_steps),
+        TEST(boids_made_after_the_index_are_seen_in_the_same_step),
         TEST(running_out_of_memory_skips_a_step_and_says_so),
     };
     return cmocka_run_group_tests_name("flock_room", tests, NULL, NULL);

@@ -98,7 +98,8 @@ static void blocks_cover_every_row_once_and_never_span_tables(void **state) {
         assert_i64(seen, 149);
         for (jsl_iter it = jsl_query_begin(f.ecs, fixture_query(&f, P, 0), -5);
              jsl_query_next(&it, &rows);)
-            for (int64_t i = 0; i < rows.count; i++) assert_true(place_of(&rows, 0).x[i] == b + 1);
+            for (int64_t i = 0; i < rows.count; i++)
+                assert_true(place_of(&rows, 0).x[i] == (jsl_real)(b + 1));
     }
     fixture_close(&f);
 }

@@ -23,7 +23,8 @@ JSL_COMPONENT_FIELDS(place, PLACE_FIELDS);
 JSL_COMPONENT_FIELDS(pace, PACE_FIELDS);
 static const jsl_field heat_fields[] = {{"kelvin", "K", JSL_TYPE_REAL, JSL_STATE}};
 
-#define REPEATS 21
+#define REPEATS 41
+#define MANY_REPEATS 201 /* of slices shorter than those of a scheduler */
 #define MILLION 1000000
 
 typedef struct bench {
@@ -97,9 +98,10 @@ static void bench_advance(bench *b, int64_t n) {
             for (int64_t i = 0; i < n; i++)
                 raw[(size_t)k * stride + (size_t)i] = ((jsl_real *)rows.column[k])[i] =
                     (jsl_real)(i % 7) - 3;
-        double ours[REPEATS], theirs[REPEATS];
-        int64_t rounds = n < 4000000 ? 4000000 / n : 1;
-        for (int r = 0; r < REPEATS; r++) {
+        double ours[MANY_REPEATS], theirs[MANY_REPEATS];
+        int repeats = n < 10 * MILLION ? MANY_REPEATS : REPEATS;
+        int64_t rounds = n < 200000 ? 200000 / n : 1;
+        for (int r = 0; r < repeats; r++) {
             double start = jsl_seconds();
             for (int64_t i = 0; i < rounds; i++) advance(p, v, JSL_R(1e-3), n);
             double middle = jsl_seconds();
@@ -108,8 +110,8 @@ static void bench_advance(bench *b, int64_t n) {
             theirs[r] = (middle - start) / (double)(rounds * n) * 1e9;
             ours[r] = (end - middle) / (double)(rounds * n) * 1e9;
         }
-        b->emit("advance", n, 1, median(ours, REPEATS), "ns/entity", "raw arrays",
-                median(theirs, REPEATS));
+        b->emit("advance", n, 1, median(ours, repeats), "ns/entity", "raw arrays",
+                median(theirs, repeats));
     }
     free(raw);
     jsl_ecs_destroy(b->ecs);
