@@ -18,9 +18,7 @@ static int set_of(const jsl_rigid_room *room, const jsl_rigid_body_desc *d, jsl_
     return n;
 }
 
-/* -- Checks
- * -------------------------------------------------------------------------------------------------
- */
+/* -- Checks ---------------------------------------------------------------------------------- */
 
 typedef struct checker {
     const jsl_logger *log;
@@ -136,9 +134,7 @@ static jsl_result check(const checker *c, const jsl_rigid_body_desc *rd, jsl_qua
     return check_mass(c, rd, mass);
 }
 
-/* -- Creation
- * -------------------------------------------------------------------------------------------------
- */
+/* -- Creation -------------------------------------------------------------------------------- */
 
 static jsl_real *real_field(jsl_rigid_room *room, jsl_entity e, jsl_component c, int field) {
     return jsl_entity_field(room->ecs, e, c, field);
@@ -237,9 +233,7 @@ jsl_result jsl_rigid_body_create(jsl_rigid_room *room, const jsl_rigid_body_desc
     return jsl_rigid_body_create_n(room, desc, 1, out);
 }
 
-/* -- Access
- * -----------------------------------------------------------------------------------------------------
- */
+/* -- Access ---------------------------------------------------------------------------------- */
 
 static jsl_result valid(jsl_rigid_room *room, jsl_body body, const char *what) {
     if (jsl_entity_has(room->ecs, body.entity, room->body)) return JSL_OK;
