@@ -23,7 +23,8 @@ JSL_COMPONENT_FIELDS(place, PLACE_FIELDS);
 JSL_COMPONENT_FIELDS(pace, PACE_FIELDS);
 static const jsl_field heat_fields[] = {{"kelvin", "K", JSL_TYPE_REAL, JSL_STATE}};
 
-#define REPEATS 21
+#define REPEATS 41
+#define MANY_REPEATS 201 /* of slices shorter than those of a scheduler */
 #define MILLION 1000000
 
 typedef struct bench {
@@ -61,11 +62,13 @@ static double median(double *at, int n) {
 /* Both sides call this. It works on whole groups of 16, as every kernel here may. */
 __attribute__((noinline)) static void advance(place_columns p, pace_columns v, jsl_real dt,
                                               int64_t n) {
-    jsl_real *restrict to[3] = {p.x, p.y, p.z};
-    const jsl_real *restrict by[3] = {v.vx, v.vy, v.vz};
-    for (int64_t i = 0; i < n; i += JSL_LANES)
-        for (int k = 0; k < 3; k++)
-            for (int j = 0; j < JSL_LANES; j++) to[k][i + j] += by[k][i + j] * dt;
+    jsl_real *restrict x = p.x, *restrict y = p.y, *restrict z = p.z;
+    const jsl_real *restrict vx = v.vx, *restrict vy = v.vy, *restrict vz = v.vz;
+    for (int64_t i = 0; i < n; i += JSL_LANES) {
+        for (int j = 0; j < JSL_LANES; j++) x[i + j] += vx[i + j] * dt;
+        for (int j = 0; j < JSL_LANES; j++) y[i + j] += vy[i + j] * dt;
+        for (int j = 0; j < JSL_LANES; j++) z[i + j] += vz[i + j] * dt;
+    }
 }
 
 static void advance_query(bench *b, jsl_query query, jsl_real dt) {
@@ -95,9 +98,10 @@ static void bench_advance(bench *b, int64_t n) {
             for (int64_t i = 0; i < n; i++)
                 raw[(size_t)k * stride + (size_t)i] = ((jsl_real *)rows.column[k])[i] =
                     (jsl_real)(i % 7) - 3;
-        double ours[REPEATS], theirs[REPEATS];
-        int64_t rounds = n < 4000000 ? 4000000 / n : 1;
-        for (int r = 0; r < REPEATS; r++) {
+        double ours[MANY_REPEATS], theirs[MANY_REPEATS];
+        int repeats = n < 10 * MILLION ? MANY_REPEATS : REPEATS;
+        int64_t rounds = n < 200000 ? 200000 / n : 1;
+        for (int r = 0; r < repeats; r++) {
             double start = jsl_seconds();
             for (int64_t i = 0; i < rounds; i++) advance(p, v, JSL_R(1e-3), n);
             double middle = jsl_seconds();
@@ -106,8 +110,8 @@ static void bench_advance(bench *b, int64_t n) {
             theirs[r] = (middle - start) / (double)(rounds * n) * 1e9;
             ours[r] = (end - middle) / (double)(rounds * n) * 1e9;
         }
-        b->emit("advance", n, 1, median(ours, REPEATS), "ns/entity", "raw arrays",
-                median(theirs, REPEATS));
+        b->emit("advance", n, 1, median(ours, repeats), "ns/entity", "raw arrays",
+                median(theirs, repeats));
     }
     free(raw);
     jsl_ecs_destroy(b->ecs);
