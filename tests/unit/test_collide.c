@@ -245,6 +245,34 @@ static void a_plane_meets_no_plane_and_none_meets_nothing(void **state) {
     assert_int_equal(m.count, 0);
 }
 
+/* Any bits at all: the answer may be none, but no crash, no endless loop, no more than four points.
+ */
+static void arbitrary_bits_are_survived(void **state) {
+    (void)state;
+    uint64_t seed = seed_of_run() + 5;
+    for (int i = 0; i < 50000; i++) {
+        const int k = i % 9;
+        random_pair p = random_pair_make(&seed, kinds[k][0], kinds[k][1]);
+        jsl_real *field[] = {&p.pa.position.x,    &p.pa.orientation.y, &p.pb.position.z,
+                             &p.pb.orientation.w, &p.a.half.z,         &p.b.radius,
+                             &p.b.half.x,         &p.pb.orientation.x, &p.a.radius};
+        for (int n = 0; n < 1 + i % 3; n++) {
+            uint64_t bits = test_random(&seed);
+            memcpy(field[test_random(&seed) % 9], &bits, sizeof(jsl_real));
+        }
+        jsl_manifold m;
+        jsl_gap gap;
+        jsl_ray_hit hit;
+        jsl_collide(&p.a, p.pa, &p.b, p.pb, (jsl_real)p.margin, &m);
+        assert_in_range(m.count, 0, JSL_MAX_MANIFOLD);
+        for (int j = 0; j < m.count; j++)
+            assert_true(m.separation[j] <= (jsl_real)p.margin); /* false for NaN */
+        (void)jsl_shape_distance(&p.a, p.pa, &p.b, p.pb, &gap);
+        (void)jsl_shape_ray(&p.b, p.pb, p.pa.position, jsl_v3(1, 2, 3), &hit);
+        (void)jsl_shape_aabb(&p.a, p.pa);
+    }
+}
+
 int main(void) {
     print_message("seed %llu (JSL_TEST_SEED)\n", (unsigned long long)seed_of_run());
     const struct CMUnitTest tests[] = {
@@ -255,6 +283,7 @@ int main(void) {
         cmocka_unit_test(a_rigid_motion_of_both_changes_nothing_beyond_rounding),
         cmocka_unit_test(degenerate_pairs_give_finite_answers),
         cmocka_unit_test(two_hundred_boxes_at_one_point_all_touch_and_agree),
+        cmocka_unit_test(arbitrary_bits_are_survived),
         cmocka_unit_test(a_plane_meets_no_plane_and_none_meets_nothing),
     };
     return cmocka_run_group_tests_name("collide", tests, NULL, NULL);
