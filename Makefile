@@ -184,7 +184,7 @@ $(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): CBASE +=
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP:tests/%=%),$(BUILD)/test/$(p)/$(t))): $(LCMGEN)
 
 # -- Tests: tests/<kind>/test_<module>.c, each a cmocka program in both precisions ------------------------
-TEST_SRC  := $(sort $(wildcard tests/*/test_*.c))
+TEST_SRC  := $(sort $(wildcard tests/*/test_*.c tests/*/tool_*.c)) # tool_*: programs that script tests use
 TEST_HELP := $(wildcard tests/helper/*.c)
 test_bin   = $(patsubst tests/%.c,$(BUILD)/test/$(1)/%,$(TEST_SRC))
 TEST_BINS := $(foreach p,$(PRECS),$(call test_bin,$(p)))
