@@ -69,7 +69,8 @@ typedef struct jsl_flock_desc {
     jsl_real max_speed;     /* m/s; 0: 9 */
     jsl_real
         min_speed; /* m/s, <= max_speed; a boid at rest stays at rest until something pushes it */
-    jsl_real max_accel; /* m/s^2, the budget; 0: 27 */
+    jsl_real max_accel; /* m/s^2, the budget; 0: 36, which leaves 8 when the default rules ask for
+                           their most */
     jsl_flock_negotiation negotiation;
     jsl_flock_response response;
     int period;    /* decide every period-th step, staggered over boids; 0: 1 */

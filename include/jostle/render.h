@@ -21,7 +21,7 @@ typedef struct jsl_render_desc {
     bool no_shadows;
     jsl_logger logger;
     jsl_allocator
-        allocator; /* of what the renderer itself holds; OpenGL and libpng use the C library's */
+        allocator; /* of the renderer's own memory; OpenGL and libpng use the C library's */
 } jsl_render_desc;
 
 /* JSL_ERR_UNSUPPORTED when no off-screen context can be made or it lacks the samples asked for;

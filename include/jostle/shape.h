@@ -82,6 +82,43 @@ typedef struct jsl_gap {
 JSL_API jsl_result jsl_shape_distance(const jsl_shape_desc *a, jsl_pose pose_a,
                                       const jsl_shape_desc *b, jsl_pose pose_b, jsl_gap *out);
 
+/* A shape's motion during a step: constant velocity and constant spin (world) about its origin. */
+typedef struct jsl_sweep {
+    jsl_pose pose;           /* at time 0 */
+    jsl_vec3 velocity, spin; /* m/s, rad/s; a plane's spin must be 0 */
+} jsl_sweep;
+
+typedef enum jsl_toi_method {
+    JSL_TOI_CONSERVATIVE, /* advances by what the motion can close at most: never passes a contact
+                           */
+    JSL_TOI_BISECTION, /* halves the step while its end overlaps: some root, not always the first;
+                        * blind to contacts that end in the step */
+    JSL_TOI_LINEAR /* one straight line from the distance at the start to that at the end; as blind,
+                      and not exact */
+} jsl_toi_method;
+
+typedef enum jsl_toi_state {
+    JSL_TOI_SEPARATED,  /* no contact found up to dt */
+    JSL_TOI_HIT,        /* contact at `time` */
+    JSL_TOI_OVERLAPPED, /* already at time 0 */
+    JSL_TOI_FAILED      /* gave up at `time`; conservative: there is no contact before it */
+} jsl_toi_state;
+
+typedef struct jsl_toi {
+    jsl_toi_state state;
+    jsl_real time;   /* s, 0..dt */
+    int evaluations; /* of the distance: what it cost */
+    jsl_gap gap;     /* at `time` */
+} jsl_toi;
+
+/* When two shapes first come within `tolerance` (m, > 0; a few thousand roundings of the
+ * coordinates or it fails) during dt (s, >= 0). JSL_ERR_ARGUMENT, JSL_ERR_NOT_FINITE as usual; *out
+ * unchanged then. */
+JSL_API jsl_result jsl_time_of_impact(const jsl_shape_desc *a, const jsl_sweep *sweep_a,
+                                      const jsl_shape_desc *b, const jsl_sweep *sweep_b,
+                                      jsl_real dt, jsl_real tolerance, jsl_toi_method method,
+                                      jsl_toi *out);
+
 #define JSL_MAX_MANIFOLD 4
 /* Contact of two placed shapes: up to 4 points sharing one normal. */
 typedef struct jsl_manifold {

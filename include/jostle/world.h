@@ -146,6 +146,17 @@ JSL_API jsl_result jsl_world_save(jsl_world *world, void **bytes, size_t *size);
 JSL_API void jsl_world_free_bytes(jsl_world *world, void *bytes, size_t size);
 /* Makes the world what it was when the image was saved. On failure nothing has changed. */
 JSL_API jsl_result jsl_world_restore(jsl_world *world, const void *bytes, size_t size);
+/* The same to and from a file. A file that cannot be written completely is not left behind:
+ * JSL_ERR_IO. */
+JSL_API jsl_result jsl_world_save_file(jsl_world *world, const char *path);
+JSL_API jsl_result jsl_world_restore_file(jsl_world *world, const char *path);
+/* A second world that goes on like the first: state and settings; its own entities, with the same
+ * ids. Components and systems that the caller registered are not copied (a system's user pointer
+ * belongs to one world): JSL_ERR_VERSION names a component that is missing, unless `prepare` (may
+ * be null) registers it in the new world. */
+typedef jsl_result jsl_prepare_fn(jsl_world *clone, void *arg);
+JSL_API jsl_result jsl_world_clone(jsl_world *world, jsl_prepare_fn *prepare, void *arg,
+                                   jsl_world **out);
 /* JSL_ERR_STATE when an invariant is broken; the report says which. */
 JSL_API jsl_result jsl_world_validate(jsl_world *world, jsl_ecs_report *report);
 

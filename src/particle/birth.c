@@ -55,10 +55,11 @@ static void count_span(count_state *s, double r, double from, double to, bool po
     /* Far beyond what fits there is nothing to time: whole births are dropped at once. */
     double fits = (double)(s->space - s->count);
     if (r > 0 && !poisson && total > fits + 1) {
-        double excess = floor(total - fits);
-        s->dropped += (int64_t)jsl_min((jsl_real)excess, JSL_R(9e18));
+        bool countable = total < 9e15; /* beyond 2^53 a fraction has no meaning */
+        double excess = countable ? floor(total - fits) : 9e15;
+        s->dropped += (int64_t)excess;
         s->serial += (uint64_t)excess;
-        total -= excess;
+        total = countable ? total - excess : fits;
     }
     for (;;) {
         double need = poisson ? gap_of(s, s->serial) : 1;
@@ -66,7 +67,7 @@ static void count_span(count_state *s, double r, double from, double to, bool po
         used += need;
         s->serial++;
         note_birth(s, from + (used - s->carry) / r);
-        if (poisson && s->count >= s->space && s->dropped > 1000) {
+        if (poisson && s->dropped > 1000) {
             used = total; /* memoryless: forgetting the rest is unbiased */
             break;
         }

@@ -14,7 +14,7 @@ uint32_t jsl_particle_redo(const jsl_particle_tile *t, int64_t first, const jsl_
     for (int k = 0; k < count; k++) {
         jsl_vec3 x = {hits->px[k], hits->py[k], hits->pz[k]};
         jsl_vec3 v = {hits->vx[k], hits->vy[k], hits->vz[k]};
-        jsl_particle_bounce(t->solids, rules, &rules->map, rules->contact_size * hits->radius[k],
+        jsl_particle_bounce(t->solids, rules, &rules->map, rules->contact_size * hits->size[k],
                             begin, t->h, &x, &v);
         if (!jsl_v3_is_finite(x) || !jsl_v3_is_finite(v)) result = PARTICLE_BAD;
         int64_t i = first + hits->row[k];
@@ -76,8 +76,6 @@ void jsl_particle_move_system(const jsl_step_context *context, const jsl_rows *r
             .h = (jsl_real)((double)context->dt / (double)context->substeps),
             .dt = context->dt,
             .rules = rules,
-            .plane = room->plane.at + rules->plane_first,
-            .planes = rules->planes,
             .grid = set && !rules->ghost && room->grid.n[0] ? &room->grid : NULL,
             .solids = &room->solids,
         };

@@ -12,7 +12,7 @@ typedef struct jsl_particle_hits {
     int32_t row[PARTICLE_CHUNK]; /* within the chunk */
     jsl_real px[PARTICLE_CHUNK], py[PARTICLE_CHUNK], pz[PARTICLE_CHUNK];
     jsl_real vx[PARTICLE_CHUNK], vy[PARTICLE_CHUNK], vz[PARTICLE_CHUNK];
-    jsl_real radius[PARTICLE_CHUNK];
+    jsl_real size[PARTICLE_CHUNK];
 } jsl_particle_hits;
 
 /* Moves the rows of a tile through one step; returns PARTICLE_* flags. */

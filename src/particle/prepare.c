@@ -13,24 +13,24 @@
  * ------------------------------------------------------------------------------------------------
  */
 
-static jsl_result add_planes(jsl_particle_room *room, jsl_particle_rules *rules,
-                             const jsl_collider_set *set) {
-    rules->plane_first = (int32_t)room->plane.count;
+/* The planes that these rules may meet; the list has room. */
+static void add_planes(jsl_particle_room *room, jsl_particle_rules *rules,
+                       const jsl_collider_set *set) {
+    rules->plane = room->plane.at + room->plane.count;
     rules->planes = 0;
-    if (!set || rules->ghost || set->planes.count == 0) return JSL_OK;
-    JSL_TRY(jsl_array_reserve(room->memory, &room->plane, room->plane.count + set->planes.count));
+    if (!set || rules->ghost) return;
     for (int64_t i = 0; i < set->planes.count; i++) {
         const jsl_collider_item *item = &set->item.at[set->planes.at[i]];
         if (!jsl_particle_meets(rules, item)) continue;
         jsl_vec3 n = jsl_rotate(item->pose.orientation, jsl_v3(0, 0, 1));
-        room->plane.at[room->plane.count++] = (jsl_particle_plane){
-            .n = n,
-            .offset = jsl_dot(n, item->pose.position),
-            .rate = jsl_dot(n, item->velocity),
-        };
+        room->plane.at[room->plane.count++] = (jsl_particle_plane){n,
+                                                                   jsl_dot(n, item->pose.position),
+                                                                   jsl_dot(n, item->velocity),
+                                                                   item->velocity,
+                                                                   item->spin,
+                                                                   item->pose.position};
         rules->planes++;
     }
-    return JSL_OK;
 }
 
 static jsl_particle_rules rules_of_row(const jsl_emitter_columns *e, int64_t i, jsl_entity entity,
@@ -71,15 +71,16 @@ static jsl_result find_rules(jsl_particle_room *room, const jsl_step_context *co
     jsl_rows rows;
     room->rules.count = 0;
     room->plane.count = 0;
-    JSL_TRY(
-        jsl_array_reserve(room->memory, &room->rules, jsl_query_count(room->ecs, room->emitters)));
+    int64_t count = jsl_query_count(room->ecs, room->emitters);
+    JSL_TRY(jsl_array_reserve(room->memory, &room->rules, count));
+    /* At once, for rules point into it. */
+    if (set) JSL_TRY(jsl_array_reserve(room->memory, &room->plane, count * set->planes.count));
     for (jsl_iter it = jsl_query_begin(room->ecs, room->emitters, 0); jsl_query_next(&it, &rows);) {
         jsl_emitter_columns e = jsl_emitter_of(&rows, EMITTER_SELF);
         for (int64_t i = 0; i < rows.count; i++)
             insert_rules(room, rules_of_row(&e, i, rows.entity[i], context));
     }
-    for (int64_t i = 0; i < room->rules.count; i++)
-        JSL_TRY(add_planes(room, &room->rules.at[i], set));
+    for (int64_t i = 0; i < room->rules.count; i++) add_planes(room, &room->rules.at[i], set);
     return JSL_OK;
 }
 

@@ -70,8 +70,15 @@ static inline int32_t jsl_particle_grid_axis(jsl_real x, jsl_real origin, jsl_re
     return (int32_t)f;
 }
 
-/* -- What one emitter's particles obey during this step
- * ------------------------------------------------------ */
+/* -- What one emitter's particles obey during this step ------------------------------------------
+ */
+
+/* A plane n.x = offset + rate t whose back is solid; t since the start of the step. */
+typedef struct jsl_particle_plane {
+    jsl_vec3 n;
+    jsl_real offset, rate; /* m, m/s */
+    jsl_vec3 velocity, spin, centre;
+} jsl_particle_plane;
 
 typedef struct jsl_particle_rules {
     jsl_entity emitter;
@@ -81,7 +88,8 @@ typedef struct jsl_particle_rules {
     uint32_t category, mask;
     bool ghost, bounded;
     jsl_aabb bounds;
-    int32_t plane_first, planes; /* those it may meet, in the room's list */
+    const jsl_particle_plane *plane; /* those it may meet */
+    int32_t planes;
     int64_t alive;
 } jsl_particle_rules;
 
@@ -89,6 +97,9 @@ static inline bool jsl_particle_meets(const jsl_particle_rules *rules,
                                       const jsl_collider_item *item) {
     return (item->category & rules->mask) && (rules->category & item->mask);
 }
+
+/* Distances to a surface below this share of |x| + |y| + |z| are rounding of coordinates. */
+#define JSL_PARTICLE_SLOP (8 * JSL_REAL_EPSILON)
 
 /* -- Collisions of one particle (bounce.c)
  * -------------------------------------------------------------------- */
@@ -112,13 +123,6 @@ void jsl_particle_bounce(const jsl_particle_solids *solids, const jsl_particle_r
 #define PARTICLE_OUTSIDE 2u /* some row left its bounds */
 #define PARTICLE_BAD 4u     /* some row is not finite */
 
-/* A plane n.x = offset + rate t whose back is solid; t since the start of the step. */
-typedef struct jsl_particle_plane {
-    jsl_vec3 n, surface_velocity;
-    jsl_real offset, rate;
-    int32_t item;
-} jsl_particle_plane;
-
 /* Consecutive rows of one emitter. */
 typedef struct jsl_particle_tile {
     int64_t count;
@@ -128,8 +132,6 @@ typedef struct jsl_particle_tile {
     int substeps;
     jsl_real h, dt;
     const jsl_particle_rules *rules;
-    const jsl_particle_plane *plane; /* those it may meet */
-    int planes;
     const jsl_particle_grid *grid; /* null: nothing finite is solid */
     const jsl_particle_solids *solids;
 } jsl_particle_tile;

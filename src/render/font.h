@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * font.h - letters of 5 by 7 dots, drawn for jostle.
+ * font.h - letters of 5 by 8 dots (the last row for tails), drawn for jostle.
  */
 #ifndef JSL_RENDER_FONT_H
 #define JSL_RENDER_FONT_H
@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define JSL_FONT_WIDTH 5
-#define JSL_FONT_HEIGHT 7
+#define JSL_FONT_HEIGHT 8
 #define JSL_FONT_FIRST 32
 #define JSL_FONT_LAST 126
 

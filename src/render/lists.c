@@ -28,23 +28,60 @@ static float linear(uint32_t byte) { return powf((float)(byte & 255) / 255, 2.2f
 static void patch_color(const jsl_renderer *r, uint32_t rgba, float alpha, float out[4]) {
     bool night = r->block.screen[3] > 0.5f;
     float dim = night ? 0.35f : 1.0f;
-    if (!rgba) rgba = 0xa9aba8ff;
+    if (!rgba) rgba = 0x929593ff;
     for (int k = 0; k < 3; k++) out[k] = dim * linear(rgba >> (24 - 8 * k));
     out[3] = alpha;
 }
 
 static float remainder_of(float x, float cell) { return x - cell * floorf(x / cell); }
 
+static void cut_square(float radius, jsl_plane_patch *out) {
+    const float line[4] = {-radius, -radius / 3, radius / 3, radius};
+    memcpy(out->cut[0], line, sizeof line);
+    memcpy(out->cut[1], line, sizeof line);
+}
+
+/* Where the shadows of the span's bodies and birds can fall, relative to the eye: x and y of two
+ * corners. */
+static bool shadow_bounds(const jsl_renderer *r, float z, float lo[2], float hi[2]) {
+    bool casts =
+        r->span.bodies.lo.x <= r->span.bodies.hi.x || r->span.boids.lo.x <= r->span.boids.hi.x;
+    if (r->desc.no_shadows || !casts) return false;
+    const jsl_sunview *s = &r->sun;
+    /* The map is a square prism along the sun; its four edges meet the ground in a parallelogram.
+     */
+    const float *m = s->texture;
+    float side = 1 / sqrtf(m[0] * m[0] + m[4] * m[4] + m[8] * m[8]);
+    lo[0] = lo[1] = INFINITY, hi[0] = hi[1] = -INFINITY;
+    for (int k = 0; k < 4; k++) {
+        float u = ((k & 1 ? 1.0f : 0.0f) - m[12]) * side,
+              v = ((k & 2 ? 1.0f : 0.0f) - m[13]) * side;
+        jsl_f3 p = jsl_f3_add(jsl_f3_scale(s->right, u), jsl_f3_scale(s->up, v));
+        p = jsl_f3_add(p, jsl_f3_scale(s->to_sun, (z - p.z) / s->to_sun.z));
+        lo[0] = fminf(lo[0], p.x), hi[0] = fmaxf(hi[0], p.x);
+        lo[1] = fminf(lo[1], p.y), hi[1] = fmaxf(hi[1], p.y);
+    }
+    return true;
+}
+
 /* The ground: level, as far as the eye reaches. */
 static void level_patch(const jsl_renderer *r, float z, uint32_t rgba, jsl_plane_patch *out) {
-    float major = 10 * r->block.grid[0];
+    float major = 10 * r->block.grid[0], radius = 3 / r->block.eye[3], down = z - r->view.eye.z;
     *out = (jsl_plane_patch){.level = true};
-    const float plane[4][4] = {{0, 0, z - r->view.eye.z, remainder_of(r->view.eye.x, major)},
+    const float plane[4][4] = {{0, 0, down, remainder_of(r->view.eye.x, major)},
                                {1, 0, 0, remainder_of(r->view.eye.y, major)},
-                               {0, 1, 0, 0},
-                               {3 / r->block.eye[3], 0, 0, 0}};
+                               {0, 1, 0, 0}};
     memcpy(out->plane, plane, sizeof plane);
     patch_color(r, rgba, 1, out->plane[4]);
+    float lo[2], hi[2];
+    bool shaded = shadow_bounds(r, down, lo, hi);
+    for (int a = 0; a < 2; a++) {
+        float *cut = out->cut[a];
+        cut[0] = -radius, cut[1] = cut[2] = 0, cut[3] = radius;
+        if (!shaded) continue;
+        cut[1] = fminf(fmaxf(lo[a], -radius), radius);
+        cut[2] = fminf(fmaxf(hi[a], -radius), radius);
+    }
 }
 
 /* A slope or a wall: as large as the scene, opaque the flatter it is, and gone at its rim. */
@@ -66,9 +103,9 @@ static void tilted_patch(const jsl_renderer *r, jsl_f3 at, const float q[4], uin
     *out = (jsl_plane_patch){.level = false};
     const float plane[4][4] = {{c.x, c.y, c.z, remainder_of(along, major)},
                                {u.x, u.y, u.z, remainder_of(across, major)},
-                               {v.x, v.y, v.z, 0},
-                               {radius, 0, 0, 1 / radius}};
+                               {v.x, v.y, v.z, 1 / radius}};
     memcpy(out->plane, plane, sizeof plane);
+    cut_square(radius, out);
     patch_color(r, rgba, fminf(fmaxf(0.12f + 1.8f * flat, 0.12f), 1), out->plane[4]);
 }
 

@@ -8,27 +8,6 @@ static void upload(const jsl_gl *gl, GLuint buffer, const void *data, int64_t by
     gl->BufferData(GL_ARRAY_BUFFER, bytes > 0 ? bytes : 4, bytes > 0 ? data : NULL, GL_STREAM_DRAW);
 }
 
-/* Four sprites' corners are 0 1 2, 0 2 3 of each: made once for the largest count so far. */
-static void sprite_indices(jsl_renderer *r, int64_t sprites) {
-    const jsl_gl *gl = &r->gl;
-    jsl_buffers *b = &r->buffers;
-    if (sprites <= b->sprite_index_cap) return;
-    int64_t cap = sprites + sprites / 2, piece = 1024;
-    uint32_t index[6 * 1024];
-    gl->BindVertexArray(b->sprite_array);
-    gl->BufferData(GL_ELEMENT_ARRAY_BUFFER, cap * 6 * (int64_t)sizeof *index, NULL, GL_STATIC_DRAW);
-    for (int64_t first = 0; first < cap; first += piece) {
-        int64_t count = cap - first < piece ? cap - first : piece;
-        for (int64_t i = 0; i < count; i++) {
-            static const uint32_t corner[6] = {0, 1, 2, 0, 2, 3};
-            for (int k = 0; k < 6; k++) index[6 * i + k] = (uint32_t)(4 * (first + i)) + corner[k];
-        }
-        gl->BufferSubData(GL_ELEMENT_ARRAY_BUFFER, first * 6 * (int64_t)sizeof *index,
-                          count * 6 * (int64_t)sizeof *index, index);
-    }
-    b->sprite_index_cap = cap;
-}
-
 void jsl_pass_upload(jsl_renderer *r) {
     const jsl_gl *gl = &r->gl;
     const jsl_buffers *b = &r->buffers;
@@ -39,7 +18,6 @@ void jsl_pass_upload(jsl_renderer *r) {
     upload(gl, b->bird_instances, r->birds.at, r->birds.count * (int64_t)sizeof *r->birds.at);
     upload(gl, b->sprite_vertices, r->sprite_vertices.at,
            r->sprite_vertices.count * (int64_t)sizeof *r->sprite_vertices.at);
-    sprite_indices(r, r->sprites.count);
     gl->ActiveTexture(GL_TEXTURE0 + JSL_UNIT_CLOUD);
     gl->BindTexture(GL_TEXTURE_2D, b->cloud);
     if (r->block.grid[2] > 0)
@@ -103,16 +81,33 @@ void jsl_pass_shadow(jsl_renderer *r) {
     gl->BindTexture(GL_TEXTURE_2D, r->targets.shadow_depth);
 }
 
+static void draw_patch(const jsl_renderer *r, const jsl_plane_patch *patch, jsl_program program,
+                       int first, int count) {
+    const jsl_gl *gl = &r->gl;
+    gl->UseProgram(r->program[program]);
+    gl->Uniform4fv(gl->GetUniformLocation(r->program[program], "plane"), 5, &patch->plane[0][0]);
+    const void *start = (const void *)((size_t)first * sizeof(uint16_t));
+    gl->DrawElements(GL_TRIANGLES, count, GL_UNSIGNED_SHORT, start);
+}
+
 static void draw_patches(const jsl_renderer *r, bool level) {
     const jsl_gl *gl = &r->gl;
     gl->BindVertexArray(r->buffers.plane_array);
-    GLuint program = r->program[level ? JSL_PROGRAM_GROUND : JSL_PROGRAM_PATCH];
-    GLint place = gl->GetUniformLocation(program, "plane");
-    gl->UseProgram(program);
     for (int64_t i = 0; i < r->patches.count; i++) {
-        if (r->patches.at[i].level != level) continue;
-        gl->Uniform4fv(place, 5, &r->patches.at[i].plane[0][0]);
-        gl->DrawArrays(GL_TRIANGLES, 0, 6);
+        const jsl_plane_patch *patch = &r->patches.at[i];
+        if (patch->level != level) continue;
+        float vertex[16][2];
+        for (int k = 0; k < 16; k++)
+            vertex[k][0] = patch->cut[0][k % 4], vertex[k][1] = patch->cut[1][k / 4];
+        upload(gl, r->buffers.plane_vertices, vertex, sizeof vertex);
+        if (!level) {
+            draw_patch(r, patch, JSL_PROGRAM_PATCH, 0, JSL_PATCH_INDICES);
+            continue;
+        }
+        if (patch->cut[0][1] < patch->cut[0][2])
+            draw_patch(r, patch, JSL_PROGRAM_GROUND, 0, JSL_PATCH_MIDDLE);
+        draw_patch(r, patch, JSL_PROGRAM_GROUND_SUNNY, JSL_PATCH_MIDDLE,
+                   JSL_PATCH_INDICES - JSL_PATCH_MIDDLE);
     }
 }
 
@@ -171,7 +166,7 @@ void jsl_pass_sprites(jsl_renderer *r, bool additive) {
     gl->BlendFunc(GL_SRC_ALPHA, additive ? GL_ONE : GL_ONE_MINUS_SRC_ALPHA);
     gl->UseProgram(r->program[additive ? JSL_PROGRAM_SPARK : JSL_PROGRAM_SPRITE]);
     gl->BindVertexArray(r->buffers.sprite_array);
-    gl->DrawElements(GL_TRIANGLES, (GLsizei)(6 * r->sprites.count), GL_UNSIGNED_INT, NULL);
+    gl->DrawArrays(GL_TRIANGLES, 0, (GLsizei)r->sprite_vertices.count);
     gl->Disable(GL_BLEND);
 }
 

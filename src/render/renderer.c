@@ -23,10 +23,12 @@ static jsl_result make_programs(jsl_renderer *r) {
         [JSL_PROGRAM_BIRD] = {"bird", "", jsl_shader_bird_vs, jsl_shader_bird_fs},
         [JSL_PROGRAM_BIRD_SHADOW] = {"shadow of birds", "#define camera shadow_clip\n",
                                      jsl_shader_bird_vs, jsl_shader_none_fs},
-        [JSL_PROGRAM_GROUND] = {"ground", "#define LEVEL true\n", jsl_shader_plane_vs,
-                                jsl_shader_plane_fs},
-        [JSL_PROGRAM_PATCH] = {"slope", "#define LEVEL false\n", jsl_shader_plane_vs,
-                               jsl_shader_plane_fs},
+        [JSL_PROGRAM_GROUND] = {"ground", "#define LEVEL true\n#define SHADED true\n",
+                                jsl_shader_plane_vs, jsl_shader_plane_fs},
+        [JSL_PROGRAM_GROUND_SUNNY] = {"sunny ground", "#define LEVEL true\n#define SHADED false\n",
+                                      jsl_shader_plane_vs, jsl_shader_plane_fs},
+        [JSL_PROGRAM_PATCH] = {"slope", "#define LEVEL false\n#define SHADED true\n",
+                               jsl_shader_plane_vs, jsl_shader_plane_fs},
         [JSL_PROGRAM_SKY] = {"sky", "", jsl_shader_screen_vs, jsl_shader_sky_fs},
         [JSL_PROGRAM_SPRITE] = {"sprite", "#define ADD false\n", jsl_shader_sprite_vs,
                                 jsl_shader_sprite_fs},
@@ -103,20 +105,22 @@ static void make_birds(jsl_renderer *r) {
 }
 
 static void make_flat(jsl_renderer *r) {
-    static const float square[6][3] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0},
-                                       {-1, -1, 0}, {1, 1, 0},  {-1, 1, 0}};
+    static const uint16_t index[JSL_PATCH_INDICES] = {
+        5, 6, 10, 5, 10, 9,  0, 1,  5,  0, 5,  4,  1,  2,  6,  1,  6,  5,
+        2, 3, 7,  2, 7,  6,  4, 5,  9,  4, 9,  8,  6,  7,  11, 6,  11, 10,
+        8, 9, 13, 8, 13, 12, 9, 10, 14, 9, 14, 13, 10, 11, 15, 10, 15, 14};
     const jsl_gl *gl = &r->gl;
     jsl_buffers *b = &r->buffers;
     gl->BindVertexArray(b->plane_array);
-    fill(gl, GL_ARRAY_BUFFER, b->plane_vertices, square, sizeof square);
-    attribute(gl, 0, 3, GL_FLOAT, sizeof square[0], 0, false);
+    fill(gl, GL_ELEMENT_ARRAY_BUFFER, b->plane_indices, index, sizeof index);
+    gl->BindBuffer(GL_ARRAY_BUFFER, b->plane_vertices);
+    attribute(gl, 0, 2, GL_FLOAT, 2 * sizeof(float), 0, false);
 
     gl->BindVertexArray(b->sprite_array);
-    gl->BindBuffer(GL_ELEMENT_ARRAY_BUFFER, b->sprite_indices);
     gl->BindBuffer(GL_ARRAY_BUFFER, b->sprite_vertices);
     size_t stride = sizeof(jsl_sprite_vertex);
     attribute(gl, 0, 4, GL_FLOAT, stride, offsetof(jsl_sprite_vertex, clip), false);
-    attribute(gl, 1, 2, GL_BYTE, stride, offsetof(jsl_sprite_vertex, corner), false);
+    attribute(gl, 1, 3, GL_BYTE, stride, offsetof(jsl_sprite_vertex, corner), false);
     attribute(gl, 2, 4, GL_UNSIGNED_BYTE, stride, offsetof(jsl_sprite_vertex, rgba), false);
     gl->BindVertexArray(0);
     b->cloud = jsl_gl_texture(gl, GL_R32F, JSL_CLOUD_SIDE, JSL_CLOUD_SIDE, GL_RED, GL_FLOAT,
@@ -126,9 +130,9 @@ static void make_flat(jsl_renderer *r) {
 static jsl_result make_objects(jsl_renderer *r) {
     const jsl_gl *gl = &r->gl;
     jsl_buffers *b = &r->buffers;
-    GLuint *const buffers[] = {&b->solid_vertices, &b->solid_indices,   &b->body_instances,
-                               &b->bird_vertices,  &b->bird_indices,    &b->bird_instances,
-                               &b->plane_vertices, &b->sprite_vertices, &b->sprite_indices,
+    GLuint *const buffers[] = {&b->solid_vertices, &b->solid_indices, &b->body_instances,
+                               &b->bird_vertices,  &b->bird_indices,  &b->bird_instances,
+                               &b->plane_vertices, &b->plane_indices, &b->sprite_vertices,
                                &b->block};
     GLuint *const arrays[] = {&b->solid_array, &b->bird_array, &b->plane_array, &b->sprite_array,
                               &b->screen_array};
@@ -196,9 +200,9 @@ jsl_result jsl_renderer_create(const jsl_render_desc *desc, jsl_renderer **out) 
 static void destroy_objects(jsl_renderer *r) {
     const jsl_gl *gl = &r->gl;
     jsl_buffers *b = &r->buffers;
-    const GLuint buffers[] = {b->solid_vertices, b->solid_indices,   b->body_instances,
-                              b->bird_vertices,  b->bird_indices,    b->bird_instances,
-                              b->plane_vertices, b->sprite_vertices, b->sprite_indices,
+    const GLuint buffers[] = {b->solid_vertices, b->solid_indices, b->body_instances,
+                              b->bird_vertices,  b->bird_indices,  b->bird_instances,
+                              b->plane_vertices, b->plane_indices, b->sprite_vertices,
                               b->block};
     const GLuint arrays[] = {b->solid_array, b->bird_array, b->plane_array, b->sprite_array,
                              b->screen_array};
@@ -250,15 +254,15 @@ static void make_light(jsl_renderer *r, bool night) {
     jsl_frame_block *b = &r->block;
     float shadows = r->desc.no_shadows ? 0 : 1;
     if (night) {
-        set4(b->sunlight, jsl_f3_make(0.10f, 0.13f, 0.20f), shadows);
-        set4(b->zenith, jsl_f3_make(0.0025f, 0.004f, 0.010f), 0);
-        set4(b->horizon, jsl_f3_make(0.014f, 0.019f, 0.036f), 0);
-        set4(b->bounce, jsl_f3_make(0.006f, 0.007f, 0.010f), 0);
+        set4(b->sunlight, jsl_f3_make(0.26f, 0.33f, 0.48f), shadows);
+        set4(b->zenith, jsl_f3_make(0.007f, 0.011f, 0.028f), 0);
+        set4(b->horizon, jsl_f3_make(0.040f, 0.055f, 0.100f), 0);
+        set4(b->bounce, jsl_f3_make(0.020f, 0.023f, 0.032f), 0);
     } else {
-        set4(b->sunlight, jsl_f3_make(1.55f, 1.42f, 1.20f), shadows);
-        set4(b->zenith, jsl_f3_make(0.13f, 0.27f, 0.52f), 0);
-        set4(b->horizon, jsl_f3_make(0.62f, 0.72f, 0.82f), 0);
-        set4(b->bounce, jsl_f3_make(0.16f, 0.155f, 0.15f), 0);
+        set4(b->sunlight, jsl_f3_make(1.75f, 1.58f, 1.30f), shadows);
+        set4(b->zenith, jsl_f3_make(0.07f, 0.23f, 0.56f), 0);
+        set4(b->horizon, jsl_f3_make(0.56f, 0.72f, 0.88f), 0);
+        set4(b->bounce, jsl_f3_make(0.24f, 0.225f, 0.20f), 0);
     }
 }
 
@@ -292,7 +296,7 @@ static void make_block(jsl_renderer *r, const jsl_frame *frame) {
     b->screen[2] = v->pixel;
     b->screen[3] = frame->additive ? 1 : 0;
     b->grid[0] = cell;
-    b->grid[1] = 0.55f;
+    b->grid[1] = 0.75f;
 }
 
 /* Triples, top row first, from OpenGL's bottom-first quadruples. */
@@ -337,7 +341,7 @@ jsl_result jsl_renderer_draw(jsl_renderer *r, const jsl_frame *frame, const uint
     if (!r) return JSL_ERR_HANDLE;
     if (!frame || !pixels)
         return jsl_fail(&r->logger, JSL_ERR_ARGUMENT, "draw: frame or pixels is null");
-    /* OpenGL counts in int; a particle has four corners and six indices. */
+    /* OpenGL counts in int; a particle has three corners. */
     int64_t most =
         frame->bodies.count > frame->boids.count ? frame->bodies.count : frame->boids.count;
     if (most > INT32_MAX / 6 || frame->particles.count > INT32_MAX / 6)

@@ -38,12 +38,14 @@ typedef struct jsl_sprite {
 
 typedef struct jsl_sprite_vertex {
     float clip[4];
-    int8_t corner[4]; /* x, y in 127ths; rest unused */
+    int8_t corner[4]; /* along, across, towards the sun, unused; 127 is twice the half axis */
     uint8_t rgba[4];
 } jsl_sprite_vertex;
 
 typedef struct jsl_plane_patch {
     float plane[5][4]; /* the uniform of the plane shader */
+    float cut[2][4]; /* where its lines x and y cut it into nine, m; shadows fall in the middle one
+                        only */
     bool level;
 } jsl_plane_patch;
 
@@ -62,6 +64,7 @@ typedef enum jsl_program {
     JSL_PROGRAM_BIRD,
     JSL_PROGRAM_BIRD_SHADOW,
     JSL_PROGRAM_GROUND,
+    JSL_PROGRAM_GROUND_SUNNY,
     JSL_PROGRAM_PATCH,
     JSL_PROGRAM_SKY,
     JSL_PROGRAM_SPRITE,
@@ -86,10 +89,9 @@ typedef struct jsl_targets {
 typedef struct jsl_buffers {
     GLuint solid_vertices, solid_indices, body_instances, solid_array;
     GLuint bird_vertices, bird_indices, bird_instances, bird_array;
-    GLuint plane_vertices, plane_array;
-    GLuint sprite_vertices, sprite_indices, sprite_array;
+    GLuint plane_vertices, plane_indices, plane_array;
+    GLuint sprite_vertices, sprite_array;
     GLuint screen_array, block, cloud;
-    int64_t sprite_index_cap; /* sprites that the index buffer serves */
 } jsl_buffers;
 
 struct jsl_renderer {
@@ -135,6 +137,11 @@ jsl_result jsl_list_birds(jsl_renderer *r, const jsl_frame *frame);
 /* sprites.c */
 jsl_result jsl_list_sprites(jsl_renderer *r, const jsl_frame *frame);
 void jsl_cloud_make(jsl_renderer *r, const jsl_frame *frame);
+
+/* Indices into the 4 x 4 corners of a patch: first the square in the middle, then the eight round
+ * it. */
+#define JSL_PATCH_INDICES 54
+#define JSL_PATCH_MIDDLE 6
 
 /* passes.c: the draw calls, in the order in which they are declared. */
 void jsl_pass_upload(jsl_renderer *r);

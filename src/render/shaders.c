@@ -29,19 +29,23 @@ layout(std140) uniform Frame {
 };
 );
 
-/* The tone curve is a rational fit of a film curve (Narkowicz 2015, "ACES filmic tone mapping curve").
- * Ambient light is a hemisphere: sky above, what the ground returns below. Highlights: Blinn 1977. */
+/* The tone curve is a rational fit of a film's response, display gamma included (Hejl and
+ * Burgess-Dawson, in Hable 2010, "Uncharted 2: HDR lighting").
+ * Ambient light is a hemisphere: sky above, what the ground returns below. Highlights: Blinn
+ * 1977. */
 const char jsl_shader_light[] = GLSL(
 uniform sampler2DShadow shadow_map;
 
 vec3 tone(vec3 c) {
-    c = c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14);
-    return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2));
+    c = max(c - 0.004, 0.0);
+    return c * (6.2 * c + 0.5) / (c * (6.2 * c + 1.7) + 0.06);
 }
 
 vec3 sky(vec3 d) {
     float h = max(d.z, 0.0);
-    float t = 1.0 - pow(1.0 - h, 2.5);
+    float t = 1.0 - h;
+    t *= t;
+    t = 1.0 - t * t * t;
     float s = max(dot(d, sun.xyz), 0.0);
     s *= s;
     s *= s;
@@ -50,35 +54,45 @@ vec3 sky(vec3 d) {
 
 float sunlit(vec3 p, vec3 n) {
     vec3 q = (shadow * vec4(p + n * (1.5 * sun.w), 1.0)).xyz;
+    q.z = min(q.z, 1.0);
     vec2 texel = 1.0 / vec2(textureSize(shadow_map, 0));
-    float s = texture(shadow_map, vec3(q.xy + texel * vec2(-0.4, -1.2), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.2, -0.4), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(0.4, 1.2), q.z));
-    s += texture(shadow_map, vec3(q.xy + texel * vec2(-1.2, 0.4), q.z));
+    float s = texture(shadow_map, vec3(q.xy + texel * vec2(-1.0, -1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.0, -1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(1.0, 1.0), q.z));
+    s += texture(shadow_map, vec3(q.xy + texel * vec2(-1.0, 1.0), q.z));
     return mix(1.0, 0.25 * s, sunlight.w);
 }
 
-vec3 lit(vec3 albedo, vec3 n, vec3 p, float light, float open, float gloss) {
-    float d = max(dot(n, sun.xyz), 0.0) * light;
-    vec3 ambient = mix(bounce.rgb, mix(horizon.rgb, zenith.rgb, 0.55) * 0.62, n.z * 0.5 + 0.5);
+vec3 diffuse(vec3 albedo, vec3 n, float light, float open) {
+    vec3 above = mix(horizon.rgb, zenith.rgb, 0.45) * vec3(0.78, 0.74, 0.68);
+    vec3 ambient = mix(bounce.rgb, above, n.z * 0.5 + 0.5);
+    return albedo * (sunlight.rgb * (max(dot(n, sun.xyz), 0.0) * light) + ambient * open);
+}
+
+vec3 shine(vec3 n, vec3 p, float light, float open) {
     vec3 v = -normalize(p);
-    float s = pow(max(dot(n, normalize(v + sun.xyz)), 0.0), 48.0);
+    float s = max(dot(n, normalize(v + sun.xyz)), 0.0);
+    s *= s;
+    s *= s;
+    s *= s;
+    s *= s;
+    s *= s * s;
     float rim = 1.0 - max(dot(n, v), 0.0);
     rim *= rim;
     rim *= rim;
-    vec3 shine = sunlight.rgb * (s * light) + horizon.rgb * (0.25 * rim * open * (n.z * 0.5 + 0.5));
-    return albedo * (sunlight.rgb * d + ambient * open) + shine * gloss;
+    return sunlight.rgb * (s * light) + horizon.rgb * (0.25 * rim * open * (n.z * 0.5 + 0.5));
 }
 
 vec3 haze(vec3 c, vec3 p) {
-    float d = length(p);
+    float d = max(length(p), 1e-9);
     float t = d * eye.w;
-    return mix(sky(vec3(p.xy / max(d, 1e-9), max(p.z / max(d, 1e-9), 0.0))), c, exp(-t * t));
+    vec3 far = p / d;
+    return mix(sky(vec3(far.xy, max(far.z, 0.0))), c, exp(-t * t));
 }
 );
 
-/* One vertex: a point of a unit box or a pole, and a direction. Scaled point + radius * direction gives boxes, spheres
- * and capsules alike. */
+/* One vertex: a point of a unit box or a pole, and a direction. Scaled point + radius * direction
+ * gives boxes, spheres and capsules alike. */
 const char jsl_shader_body_vs[] = GLSL(
 layout(location = 0) in vec3 vertex;
 layout(location = 1) in vec3 normal;
@@ -109,8 +123,9 @@ void main() {
 }
 );
 
-/* A box gets rounded-looking edges (its normal bends towards the neighbour face) and a thin dark line on them, so that
- * equal boxes in a pile stay apart for the eye. Round things get faint octants, so that their spin shows. */
+/* A box gets rounded-looking edges (its normal bends towards the neighbour face) and a thin dark
+ * line on them, so that equal boxes in a pile stay apart for the eye. Round things get faint
+ * octants, so that their spin shows. */
 const char jsl_shader_body_fs[] = GLSL(
 in vec3 local;
 in vec3 local_normal;
@@ -149,7 +164,8 @@ void main() {
     vec3 world = rotate(turned, n);
     float light = sunlit(place, rotate(turned, local_normal));
     float open = 0.80 + 0.20 * world.z;
-    vec3 c = lit(color.rgb * shade, world, place, light, open, BOX ? 0.10 : 0.22);
+    vec3 c = diffuse(color.rgb * shade, world, light, open);
+    c += (BOX ? 0.10 : 0.22) * shine(world, place, light, open);
     result = vec4(tone(haze(c, place)), color.a);
 }
 );
@@ -158,8 +174,8 @@ const char jsl_shader_none_fs[] = GLSL(
 void main() {}
 );
 
-/* A bird in units of its length, x forward, y left, z up. beat is how far out on the wing a vertex is, with the sign of its side: the
- * wing turns about the shoulder, its tip later than its root. */
+/* A bird in units of its length, x forward, y left, z up. beat is how far out on the wing a vertex
+ * is, with the sign of its side: the wing turns about the shoulder, its tip later than its root. */
 const char jsl_shader_bird_vs[] = GLSL(
 layout(location = 0) in vec3 vertex;
 layout(location = 1) in vec2 beat;
@@ -197,7 +213,7 @@ void main() {
     n = dot(n, place) > 0.0 ? -n : n;
     float light = max(dot(n, sun.xyz), 0.0);
     float through = max(dot(-n, sun.xyz), 0.0) * 0.25;
-    vec3 c = lit(color.rgb * tint, n, place, 1.0, 0.9, 0.05);
+    vec3 c = diffuse(color.rgb * tint, n, 1.0, 0.9);
     c += color.rgb * tint * sunlight.rgb * (through + 0.05 * light);
     result = vec4(tone(haze(c, place)), color.a);
 }

@@ -27,13 +27,14 @@ typedef struct jsl_frame_block {
 enum { JSL_UNIT_SHADOW, JSL_UNIT_CLOUD, JSL_UNIT_A, JSL_UNIT_B, JSL_UNIT_DEPTH };
 
 extern const char jsl_shader_frame[];   /* the block */
-extern const char jsl_shader_light[];   /* tone(), sky(), sunlit(), lit(), haze() */
+extern const char jsl_shader_light[];   /* tone(), sky(), sunlit(), diffuse(), shine(), haze() */
 extern const char jsl_shader_body_vs[]; /* boxes and round things; SHADOW: depth only */
 extern const char jsl_shader_body_fs[]; /* BOX or ROUND */
 extern const char jsl_shader_bird_vs[];
 extern const char jsl_shader_bird_fs[];
 extern const char jsl_shader_plane_vs[];
-extern const char jsl_shader_plane_fs[]; /* LEVEL: the ground; else a tilted patch that fades out */
+extern const char
+    jsl_shader_plane_fs[]; /* LEVEL: the ground, else a tilted patch that fades out; SHADED */
 extern const char jsl_shader_screen_vs[]; /* one triangle over everything, at infinity */
 extern const char jsl_shader_sky_fs[];
 extern const char jsl_shader_none_fs[];

@@ -9,7 +9,9 @@
 #define SAMPLES 2048
 
 typedef struct cloud {
-    float lo[3][SAMPLES], hi[3][SAMPLES];
+    float lo[3][SAMPLES], hi[3][SAMPLES]; /* sorted in the end */
+    jsl_f3 point[SAMPLES];
+    float radius[SAMPLES];
     int count;
 } cloud;
 
@@ -54,7 +56,8 @@ static void cloud_add(cloud *c, float x, float y, float z, float radius) {
         c->lo[k][c->count] = p[k] - radius;
         c->hi[k][c->count] = p[k] + radius;
     }
-    c->count++;
+    c->point[c->count] = jsl_f3_make(x, y, z);
+    c->radius[c->count++] = radius;
 }
 
 static int by_value(const void *a, const void *b) {
@@ -84,6 +87,20 @@ static jsl_box3 cloud_box(cloud *c) {
         out[1][k] = c->hi[k][last];
     }
     return (jsl_box3){{out[0][0], out[0][1], out[0][2]}, {out[1][0], out[1][1], out[1][2]}};
+}
+
+/* Every so many of the elements whose balls are inside the box. Their order has been kept apart
+ * from the sorted columns. */
+static void keep_points(const cloud *c, const jsl_box3 *box, jsl_span *span) {
+    int stride = (c->count + JSL_SPAN_POINTS - 1) / JSL_SPAN_POINTS;
+    for (int i = 0; i < c->count; i += stride) {
+        jsl_f3 p = c->point[i];
+        float r = c->radius[i];
+        if (p.x - r < box->lo.x || p.y - r < box->lo.y || p.z - r < box->lo.z) continue;
+        if (p.x + r > box->hi.x || p.y + r > box->hi.y || p.z + r > box->hi.z) continue;
+        span->point[span->points] = p;
+        span->radius[span->points++] = r;
+    }
 }
 
 /* The grid lies at z = 0, or, when much is below that and no plane is there, at a power of two
@@ -119,6 +136,7 @@ void jsl_span_make(const jsl_frame *frame, jsl_span *span) {
         if (radius > 0) cloud_add(&c, b->px[i], b->py[i], b->pz[i], radius);
     }
     span->bodies = cloud_box(&c);
+    keep_points(&c, &span->bodies, span);
 
     c.count = 0;
     const jsl_frame_boids *f = &frame->boids;
@@ -126,12 +144,21 @@ void jsl_span_make(const jsl_frame *frame, jsl_span *span) {
     stride = (count + SAMPLES - 1) / SAMPLES;
     for (int64_t i = 0; i < count; i += stride) cloud_add(&c, f->px[i], f->py[i], f->pz[i], 0.25f);
     span->boids = cloud_box(&c);
+    keep_points(&c, &span->boids, span);
 
     c.count = 0;
     const jsl_frame_particles *p = &frame->particles;
     count = p->px && p->py && p->pz ? p->count : 0;
     stride = (count + SAMPLES - 1) / SAMPLES;
-    for (int64_t i = 0; i < count; i += stride) cloud_add(&c, p->px[i], p->py[i], p->pz[i], 0.1f);
+    float sum = 0, sizes = 0;
+    for (int64_t i = 0; i < count; i += stride) {
+        float size = p->size ? p->size[i] : JSL_PARTICLE_SIZE;
+        if (!positive(size)) continue;
+        cloud_add(&c, p->px[i], p->py[i], p->pz[i], size);
+        sum += size, sizes++;
+    }
+    span->particle_size = sizes > 0 ? sum / sizes : 0;
     span->particles = cloud_box(&c);
+    keep_points(&c, &span->particles, span);
     span->ground = span->has_level ? level : ground_under(span);
 }

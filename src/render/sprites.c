@@ -8,10 +8,10 @@
 #include "render/renderer.h"
 
 #define SHUTTER (1.0f / 50)
-#define DEFAULT_SIZE 0.04f
-#define LONGEST 5.0f   /* streak, in sizes */
-#define SMALLEST 0.65f /* half axis in pixels: thinner ones flicker, so they get fainter instead   \
-                        */
+#define LONGEST 5.0f /* streak, in sizes */
+#define SMALLEST                                                                                   \
+    0.65f /* half axis in pixels: thinner ones flicker, so they get fainter instead                \
+           */
 #define NEAR_SIZE                                                                                  \
     0.10f /* half axis in heights of the picture, from which a sprite fades, for it would ... */
 #define NEAREST_SIZE 0.3f /* ... blind the view */
@@ -22,7 +22,7 @@ static int64_t particle_count(const jsl_frame *frame) {
 }
 
 static float size_of(const jsl_frame_particles *p, int64_t i) {
-    return p->size ? p->size[i] : DEFAULT_SIZE;
+    return p->size ? p->size[i] : JSL_PARTICLE_SIZE;
 }
 
 /* False when it is out of sight. */
@@ -35,7 +35,7 @@ static bool project(const jsl_renderer *r, const jsl_frame_particles *p, int64_t
     if (!(z > 2 * view->near && z < JSL_DRAW_LIMIT && size > 0 && size < JSL_DRAW_LIMIT))
         return false;
     float x = jsl_f3_dot(d, view->right), y = jsl_f3_dot(d, view->up);
-    float reach = size * (1 + LONGEST);
+    float reach = 2 * size * (1 + LONGEST);
     if (!(fabsf(x) < z * view->tan_x + reach && fabsf(y) < z * view->tan_y + reach)) return false;
     uint8_t *rgba = out->rgba;
     jsl_rgba_bytes(p->rgba ? p->rgba[i] : 0xffffffff, rgba);
@@ -60,17 +60,24 @@ static bool project(const jsl_renderer *r, const jsl_frame_particles *p, int64_t
     return true;
 }
 
-static void corners(const jsl_view *view, const jsl_sprite *s, jsl_sprite_vertex out[4]) {
-    static const int8_t side[4][2] = {{-127, -127}, {127, -127}, {127, 127}, {-127, 127}};
-    float n = s->b / sqrtf(s->ax * s->ax + s->ay * s->ay), bx = -s->ay * n, by = s->ax * n;
-    for (int k = 0; k < 4; k++) {
-        float u = side[k][0] > 0 ? 1.0f : -1.0f, v = side[k][1] > 0 ? 1.0f : -1.0f;
+/* One triangle round the ellipse: it costs a third more area than a rectangle, but small ones are
+ * all setup. */
+static void corners(const jsl_view *view, const jsl_sprite *s, jsl_f3 sun,
+                    jsl_sprite_vertex out[3]) {
+    static const float corner[3][2] = {{-1.7320508f, -1}, {1.7320508f, -1}, {0, 2}};
+    float n = 1 / sqrtf(s->ax * s->ax + s->ay * s->ay), bx = -s->ay * n, by = s->ax * n;
+    float along = (s->ax * sun.x + s->ay * sun.y) * n, across = bx * sun.x + by * sun.y;
+    for (int k = 0; k < 3; k++) {
+        float u = corner[k][0], v = corner[k][1];
         jsl_sprite_vertex *c = &out[k];
-        c->clip[0] = (s->x + u * s->ax + v * bx) / view->tan_x;
-        c->clip[1] = (s->y + u * s->ay + v * by) / view->tan_y;
+        c->clip[0] = (s->x + u * s->ax + v * s->b * bx) / view->tan_x;
+        c->clip[1] = (s->y + u * s->ay + v * s->b * by) / view->tan_y;
         c->clip[2] = view->near;
         c->clip[3] = s->z;
-        c->corner[0] = side[k][0], c->corner[1] = side[k][1], c->corner[2] = c->corner[3] = 0;
+        c->corner[0] = (int8_t)(u * 63.5f);
+        c->corner[1] = (int8_t)(v * 63.5f);
+        c->corner[2] = (int8_t)((u * along + v * across) * 63.0f);
+        c->corner[3] = 0;
         memcpy(c->rgba, s->rgba, sizeof c->rgba);
     }
 }
@@ -87,7 +94,7 @@ jsl_result jsl_list_sprites(jsl_renderer *r, const jsl_frame *frame) {
     }
     r->sprites.count = n;
     if (n == 0) return JSL_OK;
-    JSL_TRY(jsl_array_reserve(&r->memory, &r->sprite_vertices, 4 * n));
+    JSL_TRY(jsl_array_reserve(&r->memory, &r->sprite_vertices, 3 * n));
     if (!frame->additive) {
         JSL_TRY(jsl_array_reserve(&r->memory, &r->keys, n));
         JSL_TRY(jsl_array_reserve(&r->memory, &r->order, n));
@@ -101,11 +108,14 @@ jsl_result jsl_list_sprites(jsl_renderer *r, const jsl_frame *frame) {
         }
         jsl_sort_u32(r->keys.at, r->order.at, r->tmp_keys.at, r->tmp_order.at, n);
     }
+    /* Towards the sun, in the picture. */
+    jsl_f3 sun = {jsl_f3_dot(r->sun.to_sun, r->view.right), jsl_f3_dot(r->sun.to_sun, r->view.up),
+                  0};
     for (int64_t i = 0; i < n; i++) {
         int64_t from = frame->additive ? i : r->order.at[i];
-        corners(&r->view, &r->sprites.at[from], &r->sprite_vertices.at[4 * i]);
+        corners(&r->view, &r->sprites.at[from], sun, &r->sprite_vertices.at[3 * i]);
     }
-    r->sprite_vertices.count = 4 * n;
+    r->sprite_vertices.count = 3 * n;
     return JSL_OK;
 }
 
@@ -147,7 +157,11 @@ void jsl_cloud_make(jsl_renderer *r, const jsl_frame *frame) {
     float high = fmaxf(box.hi.z - ground, 0);
     float x0 = fminf(box.lo.x, box.lo.x - kx * high), x1 = fmaxf(box.hi.x, box.hi.x - kx * high);
     float y0 = fminf(box.lo.y, box.lo.y - ky * high), y1 = fmaxf(box.hi.y, box.hi.y - ky * high);
-    float padx = 0.05f * (x1 - x0) + 0.1f, pady = 0.05f * (y1 - y0) + 0.1f;
+    /* A texel is not smaller than half a particle: one alone must cast a round shadow, not a point.
+     */
+    float least = 0.5f * r->span.particle_size * JSL_CLOUD_SIDE;
+    float padx = fmaxf(0.05f * (x1 - x0) + 0.1f, 0.5f * (least - (x1 - x0)));
+    float pady = fmaxf(0.05f * (y1 - y0) + 0.1f, 0.5f * (least - (y1 - y0)));
     x0 -= padx, x1 += padx, y0 -= pady, y1 += pady;
     float ix = 1 / (x1 - x0), iy = 1 / (y1 - y0);
     const int side = JSL_CLOUD_SIDE, texels = side * side;

@@ -11,7 +11,7 @@
 #define INK 255.0f
 #define BACK 26.0f /* grey of the backing */
 #define BACK_ALPHA 0.42f
-#define LEADING 3 /* dots between lines */
+#define LEADING 2 /* dots between lines */
 
 /* Digits in groups of three: 50 000. */
 static void grouped(int64_t value, char out[32]) {

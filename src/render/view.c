@@ -36,19 +36,37 @@ static jsl_f3 turn_about_z(jsl_f3 v, float angle) {
     return jsl_f3_make(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
 }
 
-/* The nearest eye in direction away from which the eight corners of the box are inside the picture.
- */
-static void fit(jsl_view *view, jsl_box3 box, jsl_f3 away) {
-    view->target = jsl_f3_scale(jsl_f3_add(box.lo, box.hi), 0.5f);
+/* The nearest eye in direction away from which every point kept is in the picture, and the target
+ * that centres them. */
+static void fit(jsl_view *view, const jsl_span *span, jsl_f3 centre, jsl_f3 away) {
     jsl_f3 right, up, forward = jsl_f3_scale(away, -1);
     axes(forward, &right, &up);
     float distance = 0.5f;
-    for (int k = 0; k < 8; k++) {
-        jsl_f3 d = jsl_f3_sub(box_corner(box, k), view->target);
-        float depth = jsl_f3_dot(d, forward);
-        float side = fmaxf(fabsf(jsl_f3_dot(d, right)) / view->tan_x,
-                           fabsf(jsl_f3_dot(d, up)) / view->tan_y);
-        distance = fmaxf(distance, side * 1.06f - depth);
+    /* Balls seen at an angle look larger than their radius. */
+    const float tan_of[2] = {view->tan_x * 0.94f, view->tan_y * 0.94f};
+    const float grow[2] = {sqrtf(1 + tan_of[0] * tan_of[0]), sqrtf(1 + tan_of[1] * tan_of[1])};
+    const jsl_f3 side[2] = {right, up};
+    view->target = centre;
+    for (int pass = 0; pass < 2; pass++) {
+        /* |s| <= tan (distance + depth), for both sides of both directions: the two sides of a
+         * direction meet where the picture is centred. */
+        float most = 0.5f;
+        jsl_f3 shift = {0, 0, 0};
+        for (int a = 0; a < 2; a++) {
+            float high = -INFINITY, low = -INFINITY;
+            for (int i = 0; i < span->points; i++) {
+                jsl_f3 d = jsl_f3_sub(span->point[i], view->target);
+                float s = jsl_f3_dot(d, side[a]), depth = jsl_f3_dot(d, forward) * tan_of[a];
+                high = fmaxf(high, s + span->radius[i] * grow[a] - depth);
+                low = fmaxf(low, -s + span->radius[i] * grow[a] - depth);
+            }
+            if (span->points == 0) high = low = 12 * tan_of[a];
+            shift = jsl_f3_add(shift, jsl_f3_scale(side[a], 0.5f * (high - low)));
+            most = fmaxf(most, 0.5f * (high + low) / tan_of[a]);
+        }
+        distance = most;
+        /* The first pass only finds the middle. */
+        if (pass == 0) view->target = jsl_f3_add(view->target, shift);
     }
     view->eye = jsl_f3_add(view->target, jsl_f3_scale(away, distance));
 }
@@ -70,9 +88,10 @@ static void place_camera(const jsl_frame *frame, const jsl_span *span, jsl_view 
         view->eye = jsl_f3_add(target, turn_about_z(away, 2 * PI * turns));
     } else {
         jsl_box3 box = box_union(span->bodies, box_union(span->boids, span->particles));
-        if (!filled(box)) box = (jsl_box3){{-3, -3, 0}, {3, 3, 2}};
+        if (!filled(box)) box = (jsl_box3){{0, 0, 1}, {0, 0, 1}};
         away = jsl_f3_unit(jsl_f3_make(0.42f, -1.0f, 0.40f));
-        fit(view, box, turn_about_z(away, 2 * PI * turns));
+        jsl_f3 centre = jsl_f3_scale(jsl_f3_add(box.lo, box.hi), 0.5f);
+        fit(view, span, centre, turn_about_z(away, 2 * PI * turns));
     }
     jsl_f3 look = jsl_f3_sub(view->target, view->eye);
     view->distance = jsl_f3_length(look);

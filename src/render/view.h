@@ -38,6 +38,8 @@ static inline bool jsl_drawable(float x) { return fabsf(x) <= JSL_DRAW_LIMIT; }
 static inline bool jsl_drawable3(float x, float y, float z) {
     return jsl_drawable(x) && jsl_drawable(y) && jsl_drawable(z);
 }
+#define JSL_PARTICLE_SIZE 0.04f /* m, where the frame tells none */
+
 /* Components of a velocity or acceleration: 0 when the column is absent or holds no number. */
 static inline float jsl_component(const float *column, int64_t i) {
     return column && jsl_drawable(column[i]) ? column[i] : 0;
@@ -47,11 +49,18 @@ typedef struct jsl_box3 {
     jsl_f3 lo, hi; /* empty when lo.x > hi.x */
 } jsl_box3;
 
+#define JSL_SPAN_POINTS 256 /* of each kind, at most */
+
 /* What a frame spans, far outliers left out; and the height of the ground. */
 typedef struct jsl_span {
+    jsl_f3
+        point[3 * JSL_SPAN_POINTS]; /* some of what is inside the boxes, for fitting the camera */
+    float radius[3 * JSL_SPAN_POINTS];
+    int points;
     jsl_box3 bodies, boids, particles;
-    float ground;   /* m: z of the highest level plane, or of the grid that is drawn unasked */
-    bool has_level; /* a level plane is among the bodies: no other ground is wanted */
+    float particle_size; /* m, mean */
+    float ground;        /* m: z of the highest level plane, or of the grid that is drawn unasked */
+    bool has_level;      /* a level plane is among the bodies: no other ground is wanted */
 } jsl_span;
 
 typedef struct jsl_view {

@@ -65,7 +65,7 @@ static void fill_lanes(jsl_rigid_room *room, int64_t begin[2][JSL_COLOURS + 1]) 
         for (int64_t l = c->begin + c->count; l < c->begin + jsl_round_up(c->count, JSL_LANES);
              l++) {
             room->lane_a.at[l] = room->lane_b.at[l] = dummy + (int32_t)i;
-            room->lane_contact.at[l] = (int32_t)room->pair.count;
+            room->lane_contact.at[l] = (int32_t)(room->pair.count + i);
         }
     }
     for (int64_t k = 0; k < room->active.count; k++) {

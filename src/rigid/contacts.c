@@ -3,9 +3,7 @@
  */
 #include "rigid/room.h"
 
-/* -- The table
- * ------------------------------------------------------------------------------------------------
- */
+/* -- The table ------------------------------------------------------------------------------- */
 
 static jsl_vec3 mean_point(const jsl_rigid_room *room, const jsl_rigid_pair *p, const jsl_real *geo,
                            int32_t second) {
@@ -25,19 +23,20 @@ static jsl_contact contact_of(const jsl_rigid_room *room, int64_t k) {
     const jsl_real *geo = JSL_RIGID_GEO(room, k);
     jsl_contact c = {.a = room->slot.at[p->a].entity,
                      .b = room->slot.at[p->b].entity,
-                     .phase = !p->touching      ? JSL_CONTACT_END
-                              : p->was_touching ? JSL_CONTACT_PERSIST
-                                                : JSL_CONTACT_BEGIN};
-    if (!p->touching) return c;
+                     .phase = !jsl_rigid_touching(room, k) ? JSL_CONTACT_END
+                              : p->was_touching            ? JSL_CONTACT_PERSIST
+                                                           : JSL_CONTACT_BEGIN};
+    if (!jsl_rigid_touching(room, k)) return c;
     int32_t first = p->swapped ? p->b : p->a, second = p->swapped ? p->a : p->b;
     const jsl_real *pose = room->pose.at + (int64_t)first * JSL_POSE;
     jsl_vec3 n =
         jsl_rotate((jsl_quat){pose[4], pose[5], pose[6], pose[7]}, jsl_v3(geo[0], geo[1], geo[2]));
     c.point = mean_point(room, p, geo, second);
     c.normal = p->swapped ? jsl_neg(n) : n;
-    c.depth = -p->gap;
-    c.normal_impulse = p->push;
-    c.tangent_impulse = p->swapped ? jsl_neg(p->rub) : p->rub;
+    c.depth = -geo[JSL_GEO_GAP];
+    c.normal_impulse = geo[JSL_GEO_PUSH];
+    jsl_vec3 rub = jsl_v3(geo[JSL_GEO_RUB], geo[JSL_GEO_RUB + 1], geo[JSL_GEO_RUB + 2]);
+    c.tangent_impulse = p->swapped ? jsl_neg(rub) : rub;
     c.points = p->count;
     return c;
 }
@@ -52,13 +51,13 @@ jsl_result jsl_rigid_room_contacts(jsl_rigid_room *room, const jsl_contact **out
         room->contact.count = 0;
         int64_t most = room->ended.count;
         for (int64_t k = 0; k < room->pair.count; k++)
-            most += room->pair.at[k].touching || room->pair.at[k].was_touching;
+            most += jsl_rigid_touching(room, k) || room->pair.at[k].was_touching;
         JSL_TRY(jsl_array_reserve(room->memory, &room->contact, most));
         for (int64_t k = 0; room->pairs_valid && k < room->pair.count; k++)
-            if (room->pair.at[k].touching)
+            if (jsl_rigid_touching(room, k))
                 room->contact.at[room->contact.count++] = contact_of(room, k);
         for (int64_t k = 0; room->pairs_valid && k < room->pair.count; k++)
-            if (!room->pair.at[k].touching && room->pair.at[k].was_touching)
+            if (!jsl_rigid_touching(room, k) && room->pair.at[k].was_touching)
                 room->contact.at[room->contact.count++] = contact_of(room, k);
         for (int64_t k = 0; k < room->ended.count; k++)
             room->contact.at[room->contact.count++] =
@@ -72,15 +71,14 @@ jsl_result jsl_rigid_room_contacts(jsl_rigid_room *room, const jsl_contact **out
     return JSL_OK;
 }
 
-/* -- The cache as state
- * ----------------------------------------------------------------------------------------- */
+/* -- The cache as state ---------------------------------------------------------------------- */
 
 #define CACHE_MAGIC 0x314352ull /* "RC1" */
 #define CACHE_SETTINGS 8
 #define CACHE_WORDS                                                                                \
     (4 + 2 + JSL_GEO) /* ids, bytes and features, gap and spare, reals: all 64 bits */
 
-static bool is_state(const jsl_rigid_pair *p) { return p->count > 0 || p->touching; }
+static bool is_state(const jsl_rigid_pair *p) { return p->count > 0; }
 
 static int64_t state_count(const jsl_rigid_room *room) {
     int64_t n = 0;
@@ -115,8 +113,8 @@ static void pack(const jsl_rigid_room *room, int64_t k, uint64_t w[CACHE_WORDS])
     const jsl_rigid_pair *p = &room->pair.at[k];
     const jsl_real *geo = JSL_RIGID_GEO(room, k);
     w[0] = p->id_a, w[1] = p->id_b;
-    w[2] = (uint64_t)p->count | (uint64_t)p->swapped << 8 | (uint64_t)p->touching << 16 |
-           (uint64_t)p->built << 24 | (uint64_t)p->wall << 32;
+    w[2] = (uint64_t)p->count | (uint64_t)p->swapped << 8 | (uint64_t)p->built << 24 |
+           (uint64_t)p->wall << 32;
     w[3] = (uint64_t)p->shape_a << 32 | p->shape_b;
     w[4] = (uint64_t)p->feature[0] << 32 | p->feature[1];
     w[5] = (uint64_t)p->feature[2] << 32 | p->feature[3];
@@ -195,7 +193,8 @@ jsl_result jsl_rigid_room_restore(jsl_rigid_room *room, const void *bytes, size_
         (jsl_real)value[6],
         (jsl_real)value[7]};
     JSL_TRY(jsl_array_reserve(room->memory, &room->old_pair, (int64_t)count));
-    JSL_TRY(jsl_array_reserve(room->memory, &room->old_geo, ((int64_t)count + 1) * JSL_GEO));
+    JSL_TRY(
+        jsl_array_reserve(room->memory, &room->old_geo, ((int64_t)count + JSL_SPARES) * JSL_GEO));
     JSL_TRY(jsl_rigid_room_set(room, &s));
     from += 8 * (2 + CACHE_SETTINGS);
     for (uint64_t k = 0; k < count; k++, from += 8 * CACHE_WORDS) {
@@ -206,7 +205,6 @@ jsl_result jsl_rigid_room_restore(jsl_rigid_room *room, const void *bytes, size_
             .id_b = get_word(from + 8),
             .count = (uint8_t)f,
             .swapped = f >> 8 & 1,
-            .touching = f >> 16 & 1,
             .built = f >> 24 & 1,
             .wall = f >> 32 & 1,
             .shape_a = (uint32_t)(shapes >> 32),

@@ -63,7 +63,7 @@ static void match(const jsl_real *old, const uint32_t *old_feature, int old_coun
     for (int j = 0; j < m->count; j++)
         for (int k = 0; k < old_count && !done[j]; k++)
             if (!used[k] && old_feature[k] == m->feature[j]) {
-                geo[JSL_GEO_B + 4 * j + 3] = old[JSL_GEO_B + 4 * k + 3];
+                geo[JSL_GEO_IMPULSE + j] = old[JSL_GEO_IMPULSE + k];
                 used[k] = done[j] = true;
             }
     for (int j = 0; j < m->count; j++) {
@@ -76,7 +76,7 @@ static void match(const jsl_real *old, const uint32_t *old_feature, int old_coun
             if (!used[k] && d < nearest) nearest = d, best = k;
         }
         if (best < 0) continue;
-        geo[JSL_GEO_B + 4 * j + 3] = old[JSL_GEO_B + 4 * best + 3];
+        geo[JSL_GEO_IMPULSE + j] = old[JSL_GEO_IMPULSE + best];
         used[best] = true;
     }
 }
@@ -86,6 +86,11 @@ static bool sound(const jsl_manifold *m) {
     for (int j = 0; j < m->count; j++)
         sum += m->point[j].x + m->point[j].y + m->point[j].z + m->separation[j];
     return jsl_is_finite(sum);
+}
+
+/* Round shapes are a point or a segment grown by this. */
+static jsl_real core_radius(const jsl_shape_desc *shape) {
+    return shape->kind == JSL_SHAPE_SPHERE || shape->kind == JSL_SHAPE_CAPSULE ? shape->radius : 0;
 }
 
 static void rebuild(const narrow *n, jsl_rigid_pair *p, jsl_real *geo, const jsl_collider_item *a,
@@ -114,20 +119,21 @@ static void rebuild(const narrow *n, jsl_rigid_pair *p, jsl_real *geo, const jsl
             memset(ga, 0, 3 * sizeof *ga), memset(gb, 0, 3 * sizeof *gb);
             ga[3] = JSL_FAR;
         }
-        gb[3] = 0;
+        geo[JSL_GEO_IMPULSE + j] = 0;
     }
     match(old, p->feature, p->count, geo, &m, 2 * margin);
     put3(geo + JSL_GEO_NORMAL, jsl_rotate_inv(pa.orientation, m.normal));
     geo[JSL_GEO_TURN] = now->turn.x, geo[JSL_GEO_TURN + 1] = now->turn.y;
     geo[JSL_GEO_TURN + 2] = now->turn.z, geo[JSL_GEO_TURN + 3] = now->turn.w;
     put3(geo + JSL_GEO_OFFSET, now->offset);
+    geo[JSL_GEO_ROUND] = core_radius(&a->shape), geo[JSL_GEO_ROUND + 1] = core_radius(&b->shape);
     geo[JSL_GEO_SCALE] = 1 / margin;
     memcpy(p->feature, m.feature, sizeof p->feature);
     p->count = (uint8_t)m.count;
     p->built = 1;
     p->shape_a = a->shape_id, p->shape_b = b->shape_id;
-    p->gap = m.separation[0];
-    for (int j = 1; j < m.count; j++) p->gap = jsl_min(p->gap, m.separation[j]);
+    geo[JSL_GEO_GAP] = m.separation[0];
+    for (int j = 1; j < m.count; j++) geo[JSL_GEO_GAP] = jsl_min(geo[JSL_GEO_GAP], m.separation[j]);
 }
 
 /* Bound on how far the two can come nearer in one step. */
@@ -145,9 +151,9 @@ static void narrow_pair(const narrow *n, int64_t k) {
     jsl_rigid_pair *p = &room->pair.at[k];
     jsl_real *geo = JSL_RIGID_GEO(room, k);
     const jsl_rigid_slot *slot = room->slot.at;
-    p->was_touching = p->touching;
-    p->touching = p->rebuilt = 0;
-    p->push = 0, p->rub = jsl_v3(0, 0, 0);
+    p->was_touching = jsl_rigid_touching(room, k);
+    p->rebuilt = 0;
+    memset(geo + JSL_GEO_RUB, 0, 4 * sizeof *geo);
     const jsl_collider_item *a = &set->item.at[p->a], *b = &set->item.at[p->b];
     bool dynamic = slot[p->a].dynamic || slot[p->b].dynamic;
     bool fit = !slot[p->a].absent && !slot[p->b].absent;
@@ -175,7 +181,6 @@ static void narrow_pair(const narrow *n, int64_t k) {
     }
     geo[JSL_GEO_FRICTION] = jsl_sqrt(first->friction * second->friction);
     geo[JSL_GEO_BOUNCE] = jsl_max(first->restitution, second->restitution);
-    p->touching = p->count > 0 && p->gap <= 0;
 }
 
 static void narrow_block(void *arg, int64_t begin, int64_t end, int64_t block, int worker) {

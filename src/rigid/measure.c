@@ -106,9 +106,9 @@ jsl_result jsl_rigid_room_measure(jsl_rigid_room *room, jsl_vec3 gravity, jsl_ri
     out->max_speed = sqrt(s.max_speed_sq);
     for (int64_t k = 0; k < room->pair.count; k++) {
         const jsl_rigid_pair *p = &room->pair.at[k];
-        out->touching += p->touching;
-        if (p->count > 0 && -(double)p->gap > out->max_penetration)
-            out->max_penetration = -(double)p->gap;
+        double depth = -(double)JSL_RIGID_GEO(room, k)[JSL_GEO_GAP];
+        out->touching += jsl_rigid_touching(room, k);
+        if (p->count > 0 && depth > out->max_penetration) out->max_penetration = depth;
     }
     return JSL_OK;
 }

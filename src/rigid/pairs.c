@@ -92,7 +92,7 @@ jsl_result jsl_rigid_pair_ended(jsl_rigid_room *room, const jsl_rigid_pair *pair
 static jsl_result merge_pairs(jsl_rigid_room *room) {
     int64_t count = room->sort_key.count, o = 0;
     JSL_TRY(jsl_array_reserve(room->memory, &room->old_pair, count));
-    JSL_TRY(jsl_array_reserve(room->memory, &room->old_geo, (count + 1) * JSL_GEO));
+    JSL_TRY(jsl_array_reserve(room->memory, &room->old_geo, (count + JSL_SPARES) * JSL_GEO));
     for (int64_t k = 0; k < count; k++) {
         int32_t a = (int32_t)(room->sort_key.at[k] >> 32),
                 b = (int32_t)(uint32_t)room->sort_key.at[k];
@@ -100,7 +100,7 @@ static jsl_result merge_pairs(jsl_rigid_room *room) {
         jsl_rigid_pair *p = &room->old_pair.at[k];
         jsl_real *geo = room->old_geo.at + k * JSL_GEO;
         for (; o < room->pair.count && order(&room->pair.at[o], id_a, id_b) < 0; o++)
-            if (room->pair.at[o].touching) JSL_TRY(jsl_rigid_pair_ended(room, &room->pair.at[o]));
+            if (jsl_rigid_touching(room, o)) JSL_TRY(jsl_rigid_pair_ended(room, &room->pair.at[o]));
         if (o < room->pair.count && order(&room->pair.at[o], id_a, id_b) == 0) {
             *p = room->pair.at[o];
             memcpy(geo, JSL_RIGID_GEO(room, o), JSL_GEO * sizeof *geo);
@@ -112,7 +112,7 @@ static jsl_result merge_pairs(jsl_rigid_room *room) {
         p->a = a, p->b = b;
     }
     for (; o < room->pair.count; o++)
-        if (room->pair.at[o].touching) JSL_TRY(jsl_rigid_pair_ended(room, &room->pair.at[o]));
+        if (jsl_rigid_touching(room, o)) JSL_TRY(jsl_rigid_pair_ended(room, &room->pair.at[o]));
     jsl_rigid_swap_pairs(room);
     room->pair.count = count;
     return JSL_OK;
@@ -145,7 +145,7 @@ jsl_result jsl_rigid_pairs_update(jsl_rigid_room *room, const jsl_step_context *
     room->pairs_valid = false;
     JSL_TRY(find_pairs(room, set));
     JSL_TRY(merge_pairs(room));
-    empty_record(JSL_RIGID_GEO(room, room->pair.count));
+    for (int c = 0; c < JSL_SPARES; c++) empty_record(JSL_RIGID_GEO(room, room->pair.count + c));
     room->pairs_valid = true;
     return JSL_OK;
 }

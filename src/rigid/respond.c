@@ -15,11 +15,13 @@ typedef struct run {
     int64_t slots; /* padded */
     bool serial;   /* only worker 0 works */
     jsl_barrier barrier;
+    double prepared; /* when worker 0 had */
 } run;
 
 static jsl_rigid_kernels kernels_of(jsl_isa isa) {
     return (jsl_rigid_kernels){
         JSL_KERNEL_PICK(isa, jsl_rigid_prepare),
+        JSL_KERNEL_PICK(isa, jsl_rigid_store),
         {JSL_KERNEL_PICK(isa, jsl_rigid_warm), JSL_KERNEL_PICK(isa, jsl_rigid_warm_wall)},
         {JSL_KERNEL_PICK(isa, jsl_rigid_solve), JSL_KERNEL_PICK(isa, jsl_rigid_solve_wall)},
         {JSL_KERNEL_PICK(isa, jsl_rigid_relax), JSL_KERNEL_PICK(isa, jsl_rigid_relax_wall)},
@@ -93,42 +95,6 @@ static void last_half_kick(run *r, int worker, int workers) {
     }
 }
 
-/* Impulses go back to their pairs: the next step starts from them. */
-static void store_lane(jsl_rigid_room *room, int64_t lane) {
-    const jsl_real *n = room->normal.at + lane / JSL_LANES * (JSL_N * JSL_LANES) + lane % JSL_LANES,
-                   *f = room->friction.at + lane / JSL_LANES * (JSL_F * JSL_LANES) +
-                        lane % JSL_LANES;
-#define AT(p, field) (p)[(field)*JSL_LANES]
-    int64_t k = room->lane_contact.at[lane];
-    jsl_rigid_pair *p = &room->pair.at[k];
-    jsl_real *geo = JSL_RIGID_GEO(room, k);
-    p->gap = AT(n, JSL_N_GAP);
-    for (int j = 0; j < JSL_MAX_MANIFOLD; j++) {
-        geo[JSL_GEO_B + 4 * j + 3] = AT(n, JSL_N_IMPULSE + j);
-        p->gap = jsl_min(p->gap, AT(n, JSL_N_GAP + j));
-    }
-    jsl_vec3 nr = jsl_v3(AT(n, JSL_N_NORMAL), AT(n, JSL_N_NORMAL + 1), AT(n, JSL_N_NORMAL + 2)),
-             t1 = jsl_v3(AT(n, JSL_N_TANGENT), AT(n, JSL_N_TANGENT + 1), AT(n, JSL_N_TANGENT + 2)),
-             t2 = jsl_cross(t1, nr);
-    jsl_vec3 friction =
-        jsl_mul_add(jsl_scale(t1, AT(f, JSL_F_TANGENT)), AT(f, JSL_F_TANGENT + 1), t2);
-    geo[JSL_GEO_TANGENT] = friction.x, geo[JSL_GEO_TANGENT + 1] = friction.y;
-    geo[JSL_GEO_TANGENT + 2] = friction.z, geo[JSL_GEO_TWIST] = AT(f, JSL_F_TWIST);
-    p->push = AT(f, JSL_F_SUM);
-    p->rub = jsl_mul_add(jsl_scale(t1, AT(f, JSL_F_SUM + 1)), AT(f, JSL_F_SUM + 2), t2);
-    p->touching = p->gap <= 0 || p->push > 0;
-#undef AT
-}
-
-static void store(run *r, int worker, int workers) {
-    for (int64_t i = 0; i < r->room->colour.count; i++) {
-        const jsl_rigid_colour *c = &r->room->colour.at[i];
-        int64_t begin, end;
-        share(c->count, worker, workers, &begin, &end);
-        for (int64_t l = begin; l < end; l++) store_lane(r->room, c->begin + l);
-    }
-}
-
 static void step_region(void *arg, int worker, int workers) {
     run *r = arg;
     if (r->serial) {
@@ -140,6 +106,7 @@ static void step_region(void *arg, int worker, int workers) {
     share(r->room->lanes / JSL_LANES, worker, workers, &begin, &end);
     r->kernel.prepare(pass, begin * JSL_LANES, end * JSL_LANES);
     wait(r, workers);
+    if (worker == 0) r->prepared = jsl_seconds();
     for (int k = 0; k < r->substeps; k++) {
         over_slots(r, k == 0 ? r->kernel.kick_first : r->kernel.kick_next, worker, workers, &first,
                    &last);
@@ -161,7 +128,8 @@ static void step_region(void *arg, int worker, int workers) {
         wait(r, workers);
     }
     if (pass->bounces) over_colours(r, r->kernel.bounce, r->one.bounce, worker, workers);
-    store(r, worker, workers);
+    share(r->room->lanes / JSL_LANES, worker, workers, &begin, &end);
+    r->kernel.store(pass, begin * JSL_LANES, end * JSL_LANES);
 }
 
 static void set_pass(run *r, const jsl_step_context *context) {
@@ -209,7 +177,8 @@ jsl_result jsl_rigid_respond(const jsl_step_context *context, void *user) {
         jsl_parallel_region(context->exec, step_region, &r);
     double t1 = jsl_seconds();
     jsl_rigid_slots_finish(room, context);
-    room->profile.solve += t1 - t0, room->profile.finish += jsl_seconds() - t1;
+    room->profile.prepare += r.prepared - t0, room->profile.solve += t1 - r.prepared;
+    room->profile.finish += jsl_seconds() - t1;
     room->profile.steps++;
     return JSL_OK;
 }

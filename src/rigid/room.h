@@ -14,6 +14,9 @@
  * and body. Beyond them contacts are solved one after the other. */
 #define JSL_COLOURS 64
 #define JSL_COLOUR_NONE (-1)
+/* Slots and geometry records that hold nothing, one a colour: what its padding lanes point at and
+ * may write. */
+#define JSL_SPARES (2 * JSL_COLOURS + JSL_LANES)
 
 /* What the room knows of a pair that the broad phase keeps; its geometry record lies in geo[] at
  * the same index. Only pairs with points (count > 0) are state; the others can be found again. */
@@ -21,14 +24,11 @@ typedef struct jsl_rigid_pair {
     uint64_t id_a, id_b; /* of item a and b, id_a < id_b */
     int32_t a, b;        /* collider items */
     uint32_t feature[JSL_MAX_MANIFOLD];
-    jsl_real gap;    /* m, smallest separation now */
-    jsl_real push;   /* normal impulse of the last step, N s */
-    jsl_vec3 rub;    /* tangential impulse of the last step on the solver's B, N s */
     uint8_t count;   /* points */
     uint8_t swapped; /* the solver's A is item b: always so when b is immovable and a is not */
     uint8_t wall;    /* the solver's A is immovable */
     uint8_t idle;    /* both are immovable, or filtered: never solved */
-    uint8_t touching, was_touching;
+    uint8_t was_touching;
     uint8_t rebuilt;
     uint8_t built;             /* the record's frames are of a manifold (or of none: count 0) */
     uint32_t shape_a, shape_b; /* shape ids when built */
@@ -45,7 +45,7 @@ typedef struct jsl_rigid_slot {
     uint8_t moving;  /* its state is written back */
     uint8_t split;   /* turned by the splitting integrator */
     uint8_t flags;   /* slots.c: what is wrong with it */
-    uint8_t absent; /* not fit to meet anything */
+    uint8_t absent;  /* not fit to meet anything */
 } jsl_rigid_slot;
 
 /* Lanes of one colour: [begin, begin + count), padded to JSL_LANES. */
@@ -79,7 +79,7 @@ struct jsl_rigid_room {
 
     /* Pairs, in order of (a, b). Valid while no collider leaves its loose box. */
     JSL_ARRAY(jsl_rigid_pair) pair;
-    JSL_ARRAY(jsl_real) geo; /* JSL_GEO reals a pair, and an empty record at the end */
+    JSL_ARRAY(jsl_real) geo; /* JSL_GEO reals a pair, and JSL_SPARES empty records at the end */
     JSL_ARRAY(jsl_rigid_pair) old_pair;
     JSL_ARRAY(jsl_real) old_geo;
     JSL_ARRAY(jsl_aabb) loose;
@@ -145,5 +145,11 @@ void jsl_rigid_turn_split(const jsl_rigid_bodies *bodies, const int32_t *slot, i
                           jsl_real h);
 
 #define JSL_RIGID_GEO(room, i) ((room)->geo.at + (int64_t)(i)*JSL_GEO)
+
+/* Whether the pair touched in the last step: it pushed, or overlaps. */
+static inline bool jsl_rigid_touching(const jsl_rigid_room *room, int64_t i) {
+    const jsl_real *geo = JSL_RIGID_GEO(room, i);
+    return room->pair.at[i].count > 0 && (geo[JSL_GEO_GAP] <= 0 || geo[JSL_GEO_PUSH] > 0);
+}
 
 #endif

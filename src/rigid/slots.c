@@ -6,8 +6,6 @@
 #include <math.h>
 
 #define SLOT_BLOCK 512 /* slots a task; a multiple of JSL_LANES */
-/* Slots beyond the bodies that padding lanes point at: one a colour. */
-#define DUMMIES (2 * JSL_COLOURS + JSL_LANES)
 /* Half the rotation of a sub-step up to which the wide position update is exact, rad. */
 #define MAX_HALF_TURN JSL_R(1.0)
 
@@ -66,7 +64,7 @@ static jsl_rigid_slot slot_of_item(jsl_rigid_room *room, const jsl_collider_item
 
 static jsl_result reserve_slots(jsl_rigid_room *room, int64_t count) {
     jsl_memory *m = room->memory;
-    int64_t all = jsl_round_up(count, JSL_LANES) + DUMMIES;
+    int64_t all = jsl_round_up(count, JSL_LANES) + JSL_SPARES;
     JSL_TRY(jsl_array_reserve(m, &room->line, all * JSL_LINE));
     JSL_TRY(jsl_array_reserve(m, &room->move, all * JSL_MOVE));
     JSL_TRY(jsl_array_reserve(m, &room->base, all * JSL_BASE));
@@ -102,20 +100,18 @@ jsl_result jsl_rigid_slots_update(jsl_rigid_room *room, const jsl_step_context *
         const jsl_rigid_view *view = &room->view.at[v];
         if (view->rows.present >> 6 & 1) continue;
         for (int64_t r = 0; r < view->rows.count; r++)
-            room->slot.at[room->slot.count++] = (jsl_rigid_slot){
-                .id = jsl_entity_id(view->rows.entity[r]),
-                .entity = view->rows.entity[r],
-                .view = (int32_t)v,
-                .row = (int32_t)r,
-                .dynamic = is_dynamic(view, r),
-                .moving = !(view->body.body_flags[r] & JSL_BODY_FROZEN)};
+            room->slot.at[room->slot.count++] =
+                (jsl_rigid_slot){.id = jsl_entity_id(view->rows.entity[r]),
+                                 .entity = view->rows.entity[r],
+                                 .view = (int32_t)v,
+                                 .row = (int32_t)r,
+                                 .dynamic = is_dynamic(view, r),
+                                 .moving = !(view->body.body_flags[r] & JSL_BODY_FROZEN)};
     }
     return JSL_OK;
 }
 
-/* -- Gather
- * ------------------------------------------------------------------------------------------------
- */
+/* -- Gather ---------------------------------------------------------------------------------- */
 
 typedef struct gather {
     jsl_rigid_room *room;
@@ -172,14 +168,12 @@ static void gather_dynamic(const gather *g, int64_t i, const jsl_rigid_view *v, 
              *turn = room->turn.at + i * JSL_TURN;
     jsl_vec3 inv = jsl_v3(v->mass.inv_ixx[r], v->mass.inv_iyy[r], v->mass.inv_izz[r]);
     jsl_real inv_mass = v->mass.inv_mass[r];
-    jsl_mat3 world = jsl_mat3_rotate_diagonal(q, inv);
+    bool isotropic = inv.x == inv.y && inv.y == inv.z;
+    jsl_mat3 world = {{inv.x, 0, 0}, {0, inv.x, 0}, {0, 0, inv.x}};
+    if (!isotropic) world = jsl_mat3_rotate_diagonal(q, inv);
     line[3] = inv_mass;
     line[8] = world.r0.x, line[9] = world.r0.y, line[10] = world.r0.z;
     line[11] = world.r1.y, line[12] = world.r1.z, line[13] = world.r2.z;
-    if (inv.x == inv.y && inv.y == inv.z) {
-        line[8] = line[11] = line[13] = inv.x;
-        line[9] = line[10] = line[12] = 0;
-    }
     jsl_vec3 force = jsl_v3(v->body.fx[r], v->body.fy[r], v->body.fz[r]);
     jsl_vec3 torque = jsl_v3(v->body.tx[r], v->body.ty[r], v->body.tz[r]);
     jsl_real pull = inv_mass > 0 ? v->body.gravity_scale[r] : 0;
@@ -281,7 +275,7 @@ void jsl_rigid_slots_gather(jsl_rigid_room *room, const jsl_step_context *contex
     int64_t count = room->slot.count, padded = jsl_round_up(count, JSL_LANES);
     gather g = {room, context, context->dt / (jsl_real)context->substeps, 0};
     jsl_parallel_for(context->exec, count, SLOT_BLOCK, gather_slots, &g);
-    for (int64_t i = count; i < padded + DUMMIES; i++)
+    for (int64_t i = count; i < padded + JSL_SPARES; i++)
         gather_fixed(room, i, (jsl_pose){{0, 0, 0}, {0, 0, 0, 1}});
     room->split.count = 0;
     for (int64_t i = 0; i < count; i++)
@@ -289,9 +283,7 @@ void jsl_rigid_slots_gather(jsl_rigid_room *room, const jsl_step_context *contex
     if (g.trouble) report(room, context);
 }
 
-/* -- Finish
- * --------------------------------------------------------------------------------------------------
- */
+/* -- Finish ---------------------------------------------------------------------------------- */
 
 static void finish_body(jsl_rigid_room *room, int64_t i, jsl_rigid_slot *slot) {
     const jsl_rigid_view *v = &room->view.at[slot->view];

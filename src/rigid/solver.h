@@ -13,13 +13,13 @@
 #include "math/wide_dispatch.h"
 #include <jostle/math.h>
 
-/* -- Bodies as the solver sees them
- * ---------------------------------------------------------------- */
+/* -- Bodies as the solver sees them ---------------------------------------------------------- */
 
 #define JSL_LINE 16 /* reals of a body's line: v 3, 1/m, w 3, 0, world inverse inertia 6, 0, 0 */
-#define JSL_MOVE 8  /* displacement since the step's origin 3, 0, rotation since then (quaternion) \
-                     */
-#define JSL_BASE 8  /* velocity after kicks and before impulses of this sub-step: v 3, 0, w 3, 0 */
+#define JSL_MOVE                                                                                   \
+    8              /* displacement since the step's origin 3, 0, rotation since then (quaternion)  \
+                    */
+#define JSL_BASE 8 /* velocity after kicks and before impulses of this sub-step: v 3, 0, w 3, 0 */
 #define JSL_KICK                                                                                   \
     8 /* acceleration 3, linear damping factor, angular acceleration 3, angular factor */
 #define JSL_POSE 8 /* position 3, 0, orientation */
@@ -34,8 +34,7 @@ typedef struct jsl_rigid_bodies {
     jsl_real *line, *move, *base, *kick, *pose, *turn; /* of slot i at i * JSL_x */
 } jsl_rigid_bodies;
 
-/* -- Geometry of a contact between steps
- * -------------------------------------------------------------- */
+/* -- Geometry of a contact between steps ----------------------------------------------------- */
 
 /* One record a contact: the manifold in the frames of its bodies, as built by the last narrow phase
  * that ran for the pair, and the impulses. B is always dynamic; A may be immovable. */
@@ -43,21 +42,26 @@ enum {
     JSL_GEO_NORMAL = 0,   /* in A's frame, from A to B */
     JSL_GEO_FRICTION = 3, /* coefficient of the pair */
     JSL_GEO_A = 4,        /* point j at 4 + 4 j: R_A^T (p - x_B), and separation when built */
-    JSL_GEO_B = 20,       /* point j at 20 + 4 j: R_B^T (p - x_B), and normal impulse */
+    JSL_GEO_B = 20,       /* point j at 20 + 4 j: R_B^T (p - x_B), and a spare */
     JSL_GEO_TANGENT = 36, /* friction impulse, world */
     JSL_GEO_TWIST = 39,   /* twisting impulse about the normal */
     JSL_GEO_SHIFT = 40,   /* R_A^T (x_B - x_A): when built minus now */
     JSL_GEO_BOUNCE = 43,  /* restitution of the pair */
     JSL_GEO_TURN = 44,    /* q_A* q_B when built */
     JSL_GEO_OFFSET = 48,  /* R_A^T (x_B - x_A) when built */
-    JSL_GEO_SCALE = 51,   /* 1 / margin */
-    JSL_GEO = 52
+    JSL_GEO_ROUND =
+        52, /* radii of A and B about the cores that the points belong to: 0 for boxes */
+    JSL_GEO_SCALE = 54,   /* 1 / margin */
+    JSL_GEO_GAP = 55,     /* smallest separation now, m */
+    JSL_GEO_RUB = 56,     /* tangential impulse over the last step on B, world, N s */
+    JSL_GEO_PUSH = 59,    /* normal impulse over the last step, N s */
+    JSL_GEO_IMPULSE = 60, /* of the points, to start from */
+    JSL_GEO = 64
 };
 /* Separation of a point that is not there. */
 #define JSL_FAR JSL_R(1e9)
 
-/* -- Blocks
- * --------------------------------------------------------------------------------------------- */
+/* -- Blocks ---------------------------------------------------------------------------------- */
 
 /* Fields of the normal part of a block. */
 enum {
@@ -82,8 +86,9 @@ enum {
     JSL_F_TWIST_MASS = 12,
     JSL_F_MASS = 13,   /* inverse of the 2x2 block: 11, 12, 22 */
     JSL_F_COUPLE = 16, /* 3 of the twist, 4 each of the tangents: see the prepare kernel */
-    JSL_F_SUM = 27,    /* over the step: normal impulse, two tangential */
-    JSL_F = 30
+    JSL_F_ROUND = 27,  /* radii of A and B */
+    JSL_F_SUM = 29,    /* over the step: normal impulse, two tangential */
+    JSL_F = 32
 };
 /* Fields of the bounce part, touched only when some pair has restitution. */
 enum { JSL_R_BOUNCE = 0, JSL_R_SPEED = 1, JSL_R_MOST = 5, JSL_R_FIELDS = 9 };
@@ -104,7 +109,7 @@ typedef struct jsl_rigid_soft {
 typedef struct jsl_rigid_pass {
     jsl_rigid_blocks blocks;
     jsl_rigid_bodies bodies;
-    const jsl_real *geo;
+    jsl_real *geo;
     jsl_real h, inv_h;
     jsl_rigid_soft pair, wall; /* between dynamic bodies; against the immovable */
     jsl_real push;             /* m/s, fastest correction of overlap */
@@ -130,13 +135,15 @@ JSL_RIGID_KERNEL(jsl_rigid_relax);
 JSL_RIGID_KERNEL(jsl_rigid_relax_wall);
 JSL_RIGID_KERNEL(jsl_rigid_bounce);
 JSL_RIGID_KERNEL(jsl_rigid_bounce_wall);
+JSL_RIGID_KERNEL(jsl_rigid_store);
 JSL_RIGID_KERNEL(jsl_rigid_kick_first);
 JSL_RIGID_KERNEL(jsl_rigid_kick_next);
 JSL_RIGID_KERNEL(jsl_rigid_drift);
 
 /* The kernels of one ISA level. */
 typedef struct jsl_rigid_kernels {
-    jsl_rigid_lanes_fn *prepare, *warm[2], *solve[2], *relax[2], *bounce[2]; /* [1]: _wall */
+    jsl_rigid_lanes_fn *prepare, *store, *warm[2], *solve[2], *relax[2],
+        *bounce[2]; /* [1]: _wall */
     jsl_rigid_slots_fn *kick_first, *kick_next, *drift;
 } jsl_rigid_kernels;
 

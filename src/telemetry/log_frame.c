@@ -57,6 +57,7 @@ static uint32_t fields_of(const jsl_state_chunk *chunk, int kind) {
 
 static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chunk) {
     int64_t n = log->count[kind], column = 0;
+    if (chunk->n == 0) return; /* of an empty set: it need not have columns */
     for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++) {
         const kept_field *k = &kept[kind][f];
         const jsl_chunk_column *c = usable(chunk, k->field, k->components);

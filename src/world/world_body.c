@@ -37,6 +37,7 @@ static jsl_result restore(void *room, const void *bytes, size_t size) {
 }
 
 static const jsl_room_hooks hooks = {.name = "rigid",
+                                     .use = jsl_world_use_bodies,
                                      .destroy = destroy,
                                      .measure = measure,
                                      .hash = hash,
@@ -127,6 +128,7 @@ jsl_result jsl_body_destroy(jsl_world *w, jsl_body body) {
 jsl_result jsl_body_get(jsl_world *w, jsl_body body, jsl_body_state *out) {
     jsl_rigid_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out) return jsl_world_bad_argument(w, "jsl_body_get", "null argument");
     return jsl_rigid_body_get(room, body, out);
 }
 
@@ -172,6 +174,7 @@ jsl_result jsl_body_apply_impulse(jsl_world *w, jsl_body body, jsl_vec3 impulse,
 jsl_result jsl_rigid_set(jsl_world *w, const jsl_rigid_settings *settings) {
     jsl_rigid_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!settings) return jsl_world_bad_argument(w, "jsl_rigid_set", "null argument");
     return jsl_rigid_room_set(room, settings);
 }
 
@@ -186,11 +189,13 @@ jsl_result jsl_rigid_get(jsl_world *w, jsl_rigid_settings *out) {
 jsl_result jsl_rigid_contacts(jsl_world *w, const jsl_contact **out, int64_t *count) {
     jsl_rigid_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out || !count) return jsl_world_bad_argument(w, "jsl_rigid_contacts", "null argument");
     return jsl_rigid_room_contacts(room, out, count);
 }
 
 jsl_result jsl_rigid_diagnose(jsl_world *w, jsl_rigid_measure *out) {
     jsl_rigid_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out) return jsl_world_bad_argument(w, "jsl_rigid_diagnose", "null argument");
     return jsl_rigid_room_measure(room, w->settings.gravity, out);
 }

@@ -15,7 +15,8 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
         out->boids = jsl_query_count(world->ecs, query);
 }
 
-static const jsl_room_hooks hooks = {.name = "flock", .destroy = destroy, .measure = measure};
+static const jsl_room_hooks hooks = {
+    .name = "flock", .use = jsl_world_use_flocks, .destroy = destroy, .measure = measure};
 
 static jsl_result ensure(jsl_world *w, jsl_flock_room **room) {
     if (!w) return JSL_ERR_ARGUMENT;
@@ -35,6 +36,7 @@ jsl_result jsl_world_use_flocks(jsl_world *w) {
 jsl_result jsl_flock_create(jsl_world *w, const jsl_flock_desc *desc, jsl_flock *out) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!desc || !out) return jsl_world_bad_argument(w, "jsl_flock_create", "null argument");
     return jsl_flock_room_flock_create(room, desc, out);
 }
 
@@ -47,12 +49,14 @@ jsl_result jsl_flock_destroy(jsl_world *w, jsl_flock flock) {
 jsl_result jsl_flock_set(jsl_world *w, jsl_flock flock, const jsl_flock_desc *desc) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!desc) return jsl_world_bad_argument(w, "jsl_flock_set", "null argument");
     return jsl_flock_room_flock_set(room, flock, desc);
 }
 
 jsl_result jsl_flock_get(jsl_world *w, jsl_flock flock, jsl_flock_desc *out) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out) return jsl_world_bad_argument(w, "jsl_flock_get", "null argument");
     return jsl_flock_room_flock_get(room, flock, out);
 }
 
@@ -73,5 +77,6 @@ jsl_result jsl_boid_create_n(jsl_world *w, jsl_flock flock, int64_t count,
                              const jsl_boid_spawn *spawn, jsl_entity *out) {
     jsl_flock_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!spawn) return jsl_world_bad_argument(w, "jsl_boid_create_n", "null argument");
     return jsl_flock_room_boid_create_n(room, w->settings.seed, flock, count, spawn, out);
 }

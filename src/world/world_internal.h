@@ -20,6 +20,8 @@ typedef enum jsl_room_slot {
 
 typedef struct jsl_room_hooks {
     const char *name;
+    /* Makes the room in another world. */
+    jsl_result (*use)(jsl_world *world);
     void (*destroy)(void *room);
     /* Adds its part to the diagnostics; may be null. */
     void (*measure)(void *room, const jsl_world *world, jsl_diagnostics *out);

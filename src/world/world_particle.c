@@ -17,8 +17,11 @@ static void measure(void *room, const jsl_world *world, jsl_diagnostics *out) {
         out->particles = jsl_query_count(world->ecs, query);
 }
 
-static const jsl_room_hooks hooks = {
-    .name = "particle", .destroy = destroy, .measure = measure, .forget = forget};
+static const jsl_room_hooks hooks = {.name = "particle",
+                                     .use = jsl_world_use_particles,
+                                     .destroy = destroy,
+                                     .measure = measure,
+                                     .forget = forget};
 
 static jsl_result ensure(jsl_world *w, jsl_particle_room **room) {
     if (!w) return JSL_ERR_ARGUMENT;
@@ -38,6 +41,7 @@ jsl_result jsl_world_use_particles(jsl_world *w) {
 jsl_result jsl_emitter_create(jsl_world *w, const jsl_emitter_desc *desc, jsl_emitter *out) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!desc || !out) return jsl_world_bad_argument(w, "jsl_emitter_create", "null argument");
     return jsl_particle_room_emitter_create(room, desc, out);
 }
 
@@ -45,18 +49,21 @@ jsl_result jsl_emitter_add(jsl_world *w, jsl_entity entity, const jsl_emitter_de
                            jsl_emitter *out) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!desc || !out) return jsl_world_bad_argument(w, "jsl_emitter_add", "null argument");
     return jsl_particle_room_emitter_add(room, entity, desc, out);
 }
 
 jsl_result jsl_emitter_set(jsl_world *w, jsl_emitter emitter, const jsl_emitter_desc *desc) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!desc) return jsl_world_bad_argument(w, "jsl_emitter_set", "null argument");
     return jsl_particle_room_emitter_set(room, emitter, desc);
 }
 
 jsl_result jsl_emitter_get(jsl_world *w, jsl_emitter emitter, jsl_emitter_desc *out) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out) return jsl_world_bad_argument(w, "jsl_emitter_get", "null argument");
     return jsl_particle_room_emitter_get(room, emitter, out);
 }
 
@@ -75,6 +82,7 @@ jsl_result jsl_emit(jsl_world *w, jsl_emitter emitter, int64_t n) {
 jsl_result jsl_emitter_alive(jsl_world *w, jsl_emitter emitter, int64_t *out) {
     jsl_particle_room *room;
     JSL_TRY(ensure(w, &room));
+    if (!out) return jsl_world_bad_argument(w, "jsl_emitter_alive", "null argument");
     return jsl_particle_room_emitter_alive(room, emitter, out);
 }
 

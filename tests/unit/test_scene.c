@@ -4,6 +4,7 @@
 #include <jostle/jostle.h>
 #include <jostle/scene.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,7 +56,7 @@ static void errors_name_file_line_column_and_key(void **state) {
     assert_message("{\"bodies\": [{\"shape\": {\"box\": [1, 2, \"x\"]}}]}", JSL_ERR_FORMAT,
                    "bodies.0.shape.box.2: must be a number");
     assert_message("{\"name\": \"a\\\"{[\", \"seconds\": true}", JSL_ERR_FORMAT,
-                   "s.json:1:18: seconds: must be a number");
+                   "s.json:1:19: seconds: must be a number");
     assert_message("[]", JSL_ERR_FORMAT, "must be an object");
     assert_message("{\"emitters\": [{\"look\": [{\"at\": 2}]}]}", JSL_ERR_ARGUMENT,
                    "emitters.0.look.0.at: is 2");

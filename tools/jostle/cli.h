@@ -73,7 +73,7 @@ double wall_seconds(void);
 /* "12.3 MB" in a static-free way: writes into text. */
 const char *human_bytes(double bytes, char *text, size_t size);
 
-extern const command command_run, command_log, command_play, command_render, command_bench,
+extern const command command_run, command_explain, command_log, command_play, command_render, command_bench,
     command_schema;
 
 #endif

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-static const command *const commands[] = {&command_run,    &command_log,   &command_play,
+static const command *const commands[] = {&command_run, &command_explain, &command_log,   &command_play,
                                           &command_render, &command_bench, &command_schema};
 #define COMMANDS ((int)(sizeof commands / sizeof commands[0]))
 
