@@ -177,7 +177,7 @@ $(LCMGEN): lcmtypes/jostle.lcm
 	$(call say,LCMGEN,$<)
 	@rm -rf $(@D) && mkdir -p $(@D)
 	$(Q)lcm-gen -c --c-cpath $(@D) --c-hpath $(@D) $<
-	$(Q)cd $(@D) && $(CC) -O2 -w -fPIC $(SAN) -c jostle_*.c && $(AR) rcs $(@F) jostle_*.o
+	$(Q)cd $(@D) && $(CC) -O2 -w -fPIC -c jostle_*.c && $(AR) rcs $(@F) jostle_*.o
 INTEROP  := $(patsubst %.c,%,$(filter tests/interop/%,$(sort $(wildcard tests/*/test_*.c))))
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): $(LCMGEN)
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): CBASE += -isystem $(BUILD)/lcmgen
