@@ -14,6 +14,14 @@
 extern "C" {
 #endif
 
+/* Handles into the tables of one world; zero is null. */
+typedef struct jsl_shape {
+    uint32_t id;
+} jsl_shape;
+typedef struct jsl_material {
+    uint32_t id;
+} jsl_material;
+
 typedef enum jsl_shape_kind {
     JSL_SHAPE_NONE,
     JSL_SHAPE_SPHERE,  /* radius */

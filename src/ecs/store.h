@@ -184,7 +184,9 @@ jsl_result jsl_set_mask(const jsl_ecs *ecs, const jsl_component *set, int set_co
 static inline bool jsl_component_known(const jsl_ecs *ecs, jsl_component c) {
     return c.id >= 1 && c.id <= (uint32_t)ecs->component_count;
 }
-static inline bool jsl_role_is_saved(unsigned role) { return role == JSL_STATE || role == JSL_CACHE; }
+static inline bool jsl_role_is_saved(unsigned role) {
+    return role == JSL_STATE || role == JSL_CACHE;
+}
 bool jsl_component_same(const jsl_component_desc *a, const jsl_component_desc *b);
 
 /* slots.c */

@@ -199,10 +199,14 @@ static void sort_bucket(void *arg, int64_t begin, int64_t end, int64_t block, in
     }
 }
 
+/* Above this, cells are found by sorting their keys. */
+static int64_t max_dense_cells(const jsl_flock_room *room) { return 4 * room->count + 4096; }
+
 static jsl_result sort_dense(job *j, const jsl_step_context *context) {
     jsl_flock_room *room = j->room;
     const int64_t n = room->count;
-    JSL_TRY(jsl_array_reserve(room->memory, &room->start, (int64_t)room->cells + 1));
+    /* Room for the most cells that are sorted this way: a flock that spreads takes no memory. */
+    JSL_TRY(jsl_array_reserve(room->memory, &room->start, max_dense_cells(room) + 1));
     j->part = BLOCK > (n + MAX_PARTS - 1) / MAX_PARTS ? BLOCK : (n + MAX_PARTS - 1) / MAX_PARTS;
     const int64_t parts = (n + j->part - 1) / j->part;
     j->pair = JSL_ARENA_NEW(context->arena, uint64_t, n);
@@ -334,7 +338,7 @@ static jsl_result make_index(jsl_flock_room *room, const jsl_step_context *conte
     JSL_TRY(reserve(room));
     job j = {.room = room, .isa = context->isa};
     JSL_TRY(make_grids(&j, context));
-    room->dense = room->cells <= 4 * (uint64_t)room->count + 4096;
+    room->dense = (int64_t)room->cells <= max_dense_cells(room);
     JSL_TRY(room->dense ? sort_dense(&j, context) : sort_sparse(&j, context));
     find_flocks(room);
     const int64_t blocks = (room->count + BLOCK - 1) / BLOCK;
