@@ -141,13 +141,16 @@ static jsl_result next_component(exporter *e) {
     return match_component(e, &f);
 }
 
-/* The next frame that was asked for. Half a nanosecond of slack for times that went through text.
- */
+/* Whether a comes before b by more than a step in float may be off: 60 steps of (float)(1.0 / 60)
+ * are 1.000000052 s, and still what the user calls 1. */
+static bool before(double a, double b) { return a < b - 1e-7 * (1 + fabs(b)); }
+
+/* The next frame that was asked for. */
 static jsl_result next_frame(exporter *e) {
     const jsl_export_desc *d = e->desc;
     for (;;) {
         JSL_TRY(e->kind == JSL_SET_COLUMNS ? next_component(e) : next_built_in(e));
-        if (e->time < d->from - 0.5e-9 || (d->to != 0 && e->time > d->to + 0.5e-9)) continue;
+        if (before(e->time, d->from) || (d->to != 0 && before(d->to, e->time))) continue;
         if (e->seen++ % (d->every ? d->every : 1) == 0) return JSL_OK;
     }
 }
@@ -155,11 +158,17 @@ static jsl_result next_frame(exporter *e) {
 /* -- Which channel
  * ------------------------------------------------------------------------------------------ */
 
+static bool has_name(const char *list, const char *name) {
+    size_t k = strlen(name);
+    for (const char *p = list; (p = strstr(p, name)) != NULL && *p; p++)
+        if ((p == list || p[-1] == ' ') && (p[k] == 0 || p[k] == ',')) return k > 0;
+    return false;
+}
+
 /* Adds a name to a comma-separated list once. */
 static int add_name(char *list, size_t size, const char *name) {
-    size_t n = strlen(list), k = strlen(name);
-    for (const char *p = list; (p = strstr(p, name)) != NULL; p++)
-        if ((p == list || p[-1] == ' ') && (p[k] == 0 || p[k] == ',')) return 0;
+    size_t n = strlen(list);
+    if (has_name(list, name)) return 0;
     snprintf(list + n, size - n, "%s%s", n ? ", " : "", name);
     return 1;
 }
@@ -188,7 +197,7 @@ static jsl_result choose_channel(exporter *e) {
     e->kind = JSL_SET_COLUMNS;
     for (int k = 0; k < JSL_FRAME_KINDS; k++)
         if (strcmp(e->channel, kind_names[k]) == 0) e->kind = k;
-    if (name && add_name(list, sizeof list, name))
+    if (name && !has_name(list, name))
         return jsl_fail(&e->desc->logger, JSL_ERR_NAME, "export: the log has no %s, but %s", name,
                         list);
     return JSL_OK;
