@@ -65,19 +65,20 @@ NAME_lcm     := jostle-lcm
 NAME_render  := jostle-render
 NAME_oracle  := jostle-oracle
 PKG_scene    := jansson
-PKG_lcm      := lcm
+PKG_lcm      :=
 PKG_render   := osmesa libpng
 PKG_oracle   := ode
 EXT_core     := -lm
 EXT_scene    := $(call pkglibs,jansson)
-EXT_lcm      := $(call pkglibs,lcm)
+# Not by pkg-config: lcm.pc asks for glib-2.0.pc, which Debian's liblcm-dev does not depend on.
+EXT_lcm      := -llcm
 EXT_render   := $(call pkglibs,osmesa libpng)
 EXT_oracle   := $(call pkglibs,ode) -lbox2d -lstdc++
 NEEDS_scene  := jostle
 NEEDS_lcm    := jostle
 NEEDS_render := jostle
 NEEDS_oracle := jostle
-PKGC         := $(call pkgcflags,jansson lcm osmesa libpng ode)
+PKGC         := $(call pkgcflags,jansson osmesa libpng ode)
 
 # A library is built when its room has sources.
 sources  = $(sort $(foreach r,$(ROOMS_$(1)),$(wildcard src/$(r)/*.c)))
@@ -135,11 +136,15 @@ $(call static_lib,$(1),$(2)): $(call objs,$(1),$(2))
 	$$(call say,AR,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)rm -f $$@ && $$(AR) rcs $$@ $$^
-$(call shared_lib,$(1),$(2)): $(call objs,$(1),$(2)) $$(foreach n,$$(NEEDS_$(2)),$(BUILD)/lib/lib$$(n)$(SUF_$(1)).so)
+# A satellite uses internal functions of the core that libjostle.so does not export: its own copies of those come from
+# the archive, hidden. What libjostle.so exports is taken from there.
+$(call shared_lib,$(1),$(2)): $(call objs,$(1),$(2)) $$(foreach n,$$(NEEDS_$(2)),$(BUILD)/lib/lib$$(n)$(SUF_$(1)).so) \
+    $$(if $$(NEEDS_$(2)),$(call static_lib,$(1),core))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(CC) -shared $$(LDBASE) -Wl,-soname,lib$(NAME_$(2))$(SUF_$(1)).so.$(SOMAJOR) $$(filter %.o,$$^) \
-	    -L$(BUILD)/lib $$(foreach n,$$(NEEDS_$(2)),-l$$(n)$(SUF_$(1))) $$(EXT_$(2)) -o $$@
+	    -L$(BUILD)/lib $$(foreach n,$$(NEEDS_$(2)),-l$$(n)$(SUF_$(1))) $$(filter %.a,$$^) -Wl,--exclude-libs,ALL \
+	    $$(if $$(SANITIZE),,$$(if $$(NEEDS_$(2)),-Wl$$(comma)-z$$(comma)defs)) $$(EXT_$(2)) -lm -o $$@
 	$$(Q)ln -sf $$(@F) $$@.$(SOMAJOR)
 $(BUILD)/lib/pkgconfig/$(NAME_$(2))$(SUF_$(1)).pc: Makefile include/jostle/base.h
 	@mkdir -p $$(@D)
@@ -159,6 +164,24 @@ $(BUILD)/bin/jostle$(SUF_$(1)): $(patsubst %.c,$(BUILD)/obj/$(1)/%.o,$(TOOL_SRC)
 	$$(Q)$$(CC) $$(LDBASE) $$^ $$(link_ext) -lm -o $$@
 endef
 $(foreach p,$(PRECS),$(eval $(call tool_rules,$(p))))
+
+# -- LCM: the schema's text inside the library; lcm-gen's own code as an oracle, in tests only ------------------
+$(BUILD)/gen/jostle_lcm_text.h: lcmtypes/jostle.lcm
+	@mkdir -p $(@D)
+	$(Q)od -An -v -tx1 $< | sed 's/ \(..\)/0x\1,/g' > $@
+$(foreach p,$(PRECS),$(BUILD)/obj/$(p)/src/telemetry/schema.o): $(BUILD)/gen/jostle_lcm_text.h
+$(foreach p,$(PRECS),$(BUILD)/obj/$(p)/src/telemetry/schema.o): CBASE += -I$(BUILD)/gen
+
+LCMGEN   := $(BUILD)/lcmgen/liblcmgen.a
+$(LCMGEN): lcmtypes/jostle.lcm
+	$(call say,LCMGEN,$<)
+	@rm -rf $(@D) && mkdir -p $(@D)
+	$(Q)lcm-gen -c --c-cpath $(@D) --c-hpath $(@D) $<
+	$(Q)cd $(@D) && $(CC) -O2 -w -fPIC $(SAN) -c jostle_*.c && $(AR) rcs $(@F) jostle_*.o
+INTEROP  := $(patsubst %.c,%,$(filter tests/interop/%,$(sort $(wildcard tests/*/test_*.c))))
+$(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): $(LCMGEN)
+$(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): CBASE += -isystem $(BUILD)/lcmgen
+$(foreach p,$(PRECS),$(foreach t,$(INTEROP:tests/%=%),$(BUILD)/test/$(p)/$(t))): $(LCMGEN)
 
 # -- Tests: tests/<kind>/test_<module>.c, each a cmocka program in both precisions ------------------------
 TEST_SRC  := $(sort $(wildcard tests/*/test_*.c))

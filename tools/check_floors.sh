@@ -10,7 +10,7 @@ BEGIN {
     # public headers and the room they belong to
     n = split("base base math math wind math ecs ecs components ecs shape geometry particle particle flock flock agent agent body rigid world world frame world scene scene telemetry telemetry oracle oracle render render jostle world", t, " ")
     for (i = 1; i <= n; i += 2) room_of[t[i]] = t[i + 1]
-    n = split("assert errno float inttypes limits locale math pthread sched stdarg stdatomic stdbool stddef stdint stdio stdlib string time unistd immintrin", t, " ")
+    n = split("assert errno float inttypes limits locale math pthread sched stdarg stdatomic stdbool stddef stdint stdio stdlib string time unistd signal immintrin nmmintrin", t, " ")
     for (i = 1; i <= n; i++) libc[t[i]] = 1
 }
 FNR == 1 {

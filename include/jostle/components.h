@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT
  * jostle/components.h - the built-in components: every field, its unit and its role.
  *
- * Rows are X(type, name, unit, role). A world registers only the components that a scene uses. For each
- * list NAME_FIELDS there is a struct jsl_NAME_columns of pointers and jsl_NAME_of(rows, term), see ecs.h. Quaternions are (x,y,z,w), body
- * to world. Floor 2.
+ * Rows are X(type, name, unit, role). A world registers only the components that a scene uses. For
+ * each list NAME_FIELDS there is a struct jsl_NAME_columns of pointers and jsl_NAME_of(rows, term),
+ * see ecs.h. Quaternions are (x,y,z,w), body to world. Floor 2.
  */
 #ifndef JOSTLE_COMPONENTS_H
 #define JOSTLE_COMPONENTS_H
 
 #include <jostle/ecs.h>
 
-/* -- Shared by all kinds ------------------------------------------------------------------------- */
+/* -- Shared by all kinds -------------------------------------------------------------------------
+ */
 
 #define JSL_POSITION_FIELDS(X)                                                                     \
     X(real, px, "m", JSL_STATE)                                                                    \
@@ -34,16 +35,16 @@
     X(real, wy, "rad/s", JSL_STATE)                                                                \
     X(real, wz, "rad/s", JSL_STATE)
 
-/* Principal: the body frame's axes are the principal axes and its origin the centre of mass. An inverse of 0 means immovable in that
- * freedom. */
+/* Principal: the body frame's axes are the principal axes and its origin the centre of mass. An
+ * inverse of 0 means immovable in that freedom. */
 #define JSL_MASS_FIELDS(X)                                                                         \
     X(real, inv_mass, "1/kg", JSL_STATE)                                                           \
     X(real, inv_ixx, "1/(kg m^2)", JSL_STATE)                                                      \
     X(real, inv_iyy, "1/(kg m^2)", JSL_STATE)                                                      \
     X(real, inv_izz, "1/(kg m^2)", JSL_STATE)
 
-/* Solid: shape and material are handles of the world. Two colliders meet when each one's category is in the
- * other's mask. */
+/* Solid: shape and material are handles of the world. Two colliders meet when each one's category
+ * is in the other's mask. */
 #define JSL_COLLIDER_FIELDS(X)                                                                     \
     X(u32, shape, "", JSL_STATE)                                                                   \
     X(u32, material, "", JSL_STATE)                                                                \
@@ -53,19 +54,22 @@
 /* How to draw it: 0xRRGGBBAA. */
 #define JSL_LOOK_FIELDS(X) X(u32, rgba, "", JSL_STATE)
 
-/* -- Particles ------------------------------------------------------------------------------------- */
+/* -- Particles
+ * ------------------------------------------------------------------------------------- */
 
-/* size is the radius of the drawn sprite and of the collision sphere. Colour, transparency and size over life
- * come from the curves of the emitter that gave birth. */
+/* size is the radius of the drawn sprite and of the collision sphere. Colour, transparency and size
+ * over life come from the curves of the emitter that gave birth. */
 #define JSL_PARTICLE_FIELDS(X)                                                                     \
     X(real, age, "s", JSL_STATE)                                                                   \
     X(real, life, "s", JSL_STATE)                                                                  \
     X(real, size, "m", JSL_STATE)                                                                  \
     X(entity, emitter, "", JSL_STATE)
 
-/* -- Flocks ------------------------------------------------------------------------------------------ */
+/* -- Flocks
+ * ------------------------------------------------------------------------------------------ */
 
-/* (ax, ay, az) is the steering acceleration last decided; carried between decisions when perception is staggered. */
+/* (ax, ay, az) is the steering acceleration last decided; carried between decisions when perception
+ * is staggered. */
 #define JSL_BOID_FIELDS(X)                                                                         \
     X(entity, flock, "", JSL_STATE)                                                                \
     X(real, ax, "m/s^2", JSL_CACHE)                                                                \
@@ -77,9 +81,11 @@
 /* A leader follows waypoints of its flock's path instead of the three rules. */
 #define JSL_BOID_LEADER 1u
 
-/* -- Rigid bodies --------------------------------------------------------------------------------------- */
+/* -- Rigid bodies
+ * --------------------------------------------------------------------------------------- */
 
-/* Force and torque (world frame, about the centre of mass) act during the next step and are then cleared. */
+/* Force and torque (world frame, about the centre of mass) act during the next step and are then
+ * cleared. */
 #define JSL_BODY_FIELDS(X)                                                                         \
     X(u32, kind, "", JSL_STATE)                                                                    \
     X(u32, body_flags, "", JSL_STATE)                                                              \
@@ -94,7 +100,8 @@
     X(real, tz, "N m", JSL_STATE)                                                                  \
     X(real, still_time, "s", JSL_CACHE)
 
-/* -- Columns ---------------------------------------------------------------------------------------------- */
+/* -- Columns
+ * ---------------------------------------------------------------------------------------------- */
 
 JSL_COMPONENT_COLUMNS(jsl_position, JSL_POSITION_FIELDS)
 JSL_COMPONENT_COLUMNS(jsl_orientation, JSL_ORIENTATION_FIELDS)

@@ -198,6 +198,8 @@ typedef struct jsl_ecs_desc {
 
 JSL_API jsl_result jsl_ecs_create(const jsl_ecs_desc *desc, jsl_ecs **out);
 JSL_API void jsl_ecs_destroy(jsl_ecs *ecs); /* null is allowed */
+/* Where messages go from now on; null: nowhere. */
+JSL_API void jsl_ecs_set_logger(jsl_ecs *ecs, const jsl_logger *logger);
 
 /* Registers a component. Registering a name again with the same rows gives the same component; with
  * others: JSL_ERR_NAME. JSL_ERR_LIMIT beyond JSL_MAX_COMPONENTS. */
@@ -393,6 +395,9 @@ typedef struct jsl_system_info {
     uint64_t calls; /* blocks it was called with */
     uint64_t bytes; /* of the columns it declared, over all calls */
     double seconds; /* in total */
+    bool always;    /* runs whatever there is: it has no query */
+    /* Components as bits: bit i is that of jsl_component_info(ecs, i). */
+    uint64_t required, excluded, reads, writes;
 } jsl_system_info;
 JSL_API int jsl_system_count(const jsl_ecs *ecs);
 /* The i-th in the order of execution. JSL_ERR_ARGUMENT when i is out of range. */
@@ -411,6 +416,20 @@ JSL_API jsl_result jsl_defer_add(const jsl_step_context *context, jsl_entity ent
                                  const jsl_component *set, int set_count);
 JSL_API jsl_result jsl_defer_remove(const jsl_step_context *context, jsl_entity entity,
                                     const jsl_component *set, int set_count);
+
+/* -- Looking inside -------------------------------------------------------------------------- */
+
+/* A table: all entities with one set of components. */
+typedef struct jsl_table_info {
+    uint64_t components; /* bit i: the i-th registered component */
+    int64_t rows, cap;   /* in use, room for */
+    int row_bytes;       /* of the fields of one entity, handle included */
+    int64_t bytes;       /* taken, spare columns included */
+    bool keeps_order;
+} jsl_table_info;
+JSL_API int jsl_table_count(const jsl_ecs *ecs);
+/* The i-th in the order of component sets. JSL_ERR_ARGUMENT when i is out of range. */
+JSL_API jsl_result jsl_table_get(const jsl_ecs *ecs, int i, jsl_table_info *out);
 
 /* -- The state as a whole ----------------------------------------------------- */
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * jostle/frame.h - one instant of a world as flat arrays of float: what logs are decoded into and pictures are drawn
- * from. Floor 5.
+ * jostle/frame.h - one instant of a world as flat arrays of float: what logs are decoded into and
+ * pictures are drawn from. Floor 5.
  *
- * Arrays belong to whoever filled the frame and hold `count` elements; any of them may be null when the log or the scene did not have
- * it. SI units; quaternions (x,y,z,w) body to world; rgba is 0xRRGGBBAA.
+ * Arrays belong to whoever filled the frame and hold `count` elements; any of them may be null when
+ * the log or the scene did not have it. SI units; quaternions (x,y,z,w) body to world; rgba is
+ * 0xRRGGBBAA.
  */
 #ifndef JOSTLE_FRAME_H
 #define JOSTLE_FRAME_H
@@ -40,7 +41,7 @@ typedef struct jsl_frame_bodies {
     const float *px, *py, *pz, *qx, *qy, *qz, *qw;
     const int32_t *shape; /* index into shapes */
     const uint32_t *rgba;
-    const uint64_t *id;    /* jsl_entity_id */
+    const uint64_t *id; /* jsl_entity_id */
 } jsl_frame_bodies;
 
 typedef struct jsl_frame_camera {

@@ -55,7 +55,7 @@ jsl_result jsl_entity_remove(jsl_ecs *ecs, jsl_entity entity, const jsl_componen
 static void unmark(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
     for (int64_t i = 0; i < count; i++) {
         jsl_slot *slot = &ecs->slots.at[entity[i].index - 1];
-        if (slot->table != JSL_NO_TABLE) slot->table &= ~JSL_LEAVING;
+        slot->table &= ~JSL_LEAVING;
     }
     jsl_touched_close(ecs);
 }
@@ -66,7 +66,7 @@ static jsl_result mark_movers(jsl_ecs *ecs, const jsl_entity *entity, int64_t co
     for (int64_t i = 0; i < count; i++) {
         uint32_t k = entity[i].index - 1;
         jsl_slot *slot = k < (uint64_t)ecs->slots.count ? &ecs->slots.at[k] : NULL;
-        if (!slot || slot->generation != entity[i].generation || slot->table == JSL_NO_TABLE) {
+        if (!slot || slot->generation != entity[i].generation || jsl_slot_is_free(slot)) {
             unmark(ecs, entity, i);
             return jsl_bad_entity(ecs, entity[i], caller);
         }

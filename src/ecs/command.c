@@ -168,7 +168,7 @@ static jsl_result apply(jsl_ecs *ecs, const uint64_t *at) {
         return jsl_entity_change(ecs, slot,
                                  kind == ADD ? table->mask | at[1] : table->mask & ~at[1], true);
     int64_t row = slot->row;
-    jsl_slot_give(ecs, entity.index - 1);
+    jsl_slot_give(&ecs->slots, entity.index - 1);
     if (table->keeps_order) {
         jsl_table_touch(ecs, table); /* one sweep at the end instead of one for each */
         jsl_row_hole(table, row);

@@ -48,33 +48,47 @@ void jsl_ecs_destroy(jsl_ecs *ecs) {
 }
 
 jsl_memory *jsl_ecs_memory(jsl_ecs *ecs) { return &ecs->memory; }
+void jsl_ecs_set_logger(jsl_ecs *ecs, const jsl_logger *logger) {
+    if (ecs) ecs->logger = logger ? *logger : (jsl_logger){0};
+}
+
 const jsl_logger *jsl_ecs_logger(const jsl_ecs *ecs) { return &ecs->logger; }
 
+/* Switches, not tables: tables of pointers would have to be relocated. */
 const char *jsl_stage_text(jsl_stage stage) {
-    static const char *const text[] = {
-#define JSL_X(code, text) text,
+    switch (stage) {
+#define JSL_X(code, text)                                                                          \
+    case JSL_STAGE_##code:                                                                         \
+        return text;
         JSL_STAGES(JSL_X)
 #undef JSL_X
-    };
-    return (unsigned)stage < JSL_STAGE_COUNT ? text[stage] : "unknown stage";
+    default:
+        return "unknown stage";
+    }
 }
 
 const char *jsl_warning_name(jsl_warning warning) {
-    static const char *const name[] = {
-#define JSL_X(code, text) #code,
+    switch (warning) {
+#define JSL_X(code, text)                                                                          \
+    case JSL_WARN_##code:                                                                          \
+        return #code;
         JSL_WARNINGS(JSL_X)
 #undef JSL_X
-    };
-    return (unsigned)warning < JSL_WARN_COUNT ? name[warning] : NULL;
+    default:
+        return NULL;
+    }
 }
 
 const char *jsl_warning_text(jsl_warning warning) {
-    static const char *const text[] = {
-#define JSL_X(code, text) text,
+    switch (warning) {
+#define JSL_X(code, text)                                                                          \
+    case JSL_WARN_##code:                                                                          \
+        return text;
         JSL_WARNINGS(JSL_X)
 #undef JSL_X
-    };
-    return (unsigned)warning < JSL_WARN_COUNT ? text[warning] : NULL;
+    default:
+        return NULL;
+    }
 }
 
 int jsl_type_size(jsl_type type) {

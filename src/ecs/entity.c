@@ -91,40 +91,82 @@ jsl_result jsl_entity_destroy(jsl_ecs *ecs, jsl_entity entity) {
     if (!slot) return jsl_bad_entity(ecs, entity, "jsl_entity_destroy");
     jsl_table *table = jsl_table_at(ecs, slot->table);
     int64_t row = slot->row;
-    jsl_slot_give(ecs, entity.index - 1);
+    jsl_slot_give(&ecs->slots, entity.index - 1);
     jsl_row_remove(ecs, table, row);
     return JSL_OK;
 }
 
-/* Marks the slots of all handles, so that a repeated one is seen, and counts what leaves each
- * table. Unmarks everything on failure. */
-static jsl_result mark_all(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
-    uint32_t last = JSL_NO_TABLE;
-    int64_t run = 0, i = 0;
-    for (; i < count; i++) {
-        jsl_slot *slot = jsl_slot_of(ecs, entity[i]);
-        if (!slot) break;
-        if (slot->table != last) {
-            if (last != JSL_NO_TABLE) jsl_table_at(ecs, last)->leaving += run;
-            last = slot->table;
-            run = 0;
-            jsl_table_touch(ecs, jsl_table_at(ecs, last));
-        }
-        run++;
-        slot->table |= JSL_LEAVING;
+/* Takes back the frees of entity[0..count): the handles hold the old generations. */
+static void undo_give(jsl_ecs *ecs, const jsl_entity *entity, int64_t count, int64_t free_count) {
+    jsl_slots *slots = &ecs->slots;
+    for (int64_t i = 0; i < count; i++) {
+        jsl_slot *slot = &slots->at[entity[i].index - 1];
+        slot->generation = entity[i].generation;
+        slot->table &= ~JSL_FREE;
     }
-    if (last != JSL_NO_TABLE) jsl_table_at(ecs, last)->leaving += run;
-    if (i == count) return JSL_OK;
-    const jsl_slot *bad = entity[i].index - 1 < (uint64_t)ecs->slots.count
-                              ? &ecs->slots.at[entity[i].index - 1]
-                              : NULL;
-    bool twice = bad && bad->generation == entity[i].generation && bad->table != JSL_NO_TABLE;
-    for (int64_t k = 0; k < i; k++) ecs->slots.at[entity[k].index - 1].table &= ~JSL_LEAVING;
+    slots->free_count = free_count;
+    slots->live += count;
     jsl_touched_close(ecs);
-    if (twice)
-        return jsl_fail(&ecs->logger, JSL_ERR_HANDLE, "jsl_entity_destroy_n: entity %u is repeated",
-                        entity[i].index);
-    return jsl_bad_entity(ecs, entity[i], "jsl_entity_destroy_n");
+}
+
+/* Frees the slots of the handles from the first on for as long as they are good and of that table;
+ * returns their number. Everything that changes is in locals: a million calls of jsl_slot_give
+ * would store it a million times. */
+static int64_t give_run(jsl_slots *slots, const jsl_entity *entity, int64_t count, uint32_t table) {
+    jsl_slot *at = slots->at;
+    uint32_t *ring = slots->ring, last = (uint32_t)slots->count;
+    int64_t tail = slots->head + slots->free_count, cap = slots->cap, retired = 0, n = 0;
+    if (tail >= cap) tail -= cap;
+    for (; n < count; n++) {
+        uint32_t index = entity[n].index - 1, generation = entity[n].generation;
+        if (index >= last || at[index].generation != generation || at[index].table != table) break;
+        at[index].table = table | JSL_FREE;
+        if ((generation & JSL_GENERATION_MAX) == JSL_GENERATION_MAX) {
+            at[index].generation = 0;
+            retired++;
+            continue;
+        }
+        at[index].generation = generation + 1;
+        ring[tail++] = index;
+        if (tail == cap) tail = 0;
+    }
+    slots->free_count += n - retired;
+    slots->live -= n;
+    return n;
+}
+
+/* Frees the slots of all handles and counts what leaves each table: one pass instead of one to
+ * check and one to free. A bad or repeated handle (its slot is free already) undoes everything. */
+static jsl_result give_all(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
+    int64_t free_count = ecs->slots.free_count;
+    for (int64_t i = 0, run; i < count; i += run) {
+        const jsl_slot *first = jsl_slot_of(ecs, entity[i]);
+        if (!first) {
+            undo_give(ecs, entity, i, free_count);
+            if (jsl_slot_of(ecs, entity[i]))
+                return jsl_fail(&ecs->logger, JSL_ERR_HANDLE,
+                                "jsl_entity_destroy_n: entity %u is repeated", entity[i].index);
+            return jsl_bad_entity(ecs, entity[i], "jsl_entity_destroy_n");
+        }
+        jsl_table *table = jsl_table_at(ecs, first->table);
+        run = give_run(&ecs->slots, entity + i, count - i, table->id);
+        jsl_table_touch(ecs, table);
+        table->leaving += run;
+    }
+    return JSL_OK;
+}
+
+/* Takes the rows of freed handles out of the tables that do not empty. */
+static void remove_rows(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        const jsl_slot *slot = &ecs->slots.at[entity[i].index - 1];
+        jsl_table *table = jsl_table_at(ecs, slot->table & ~JSL_FREE);
+        if (table->empties) continue;
+        if (table->dense)
+            jsl_row_hole(table, slot->row);
+        else
+            jsl_row_remove(ecs, table, slot->row);
+    }
 }
 
 jsl_result jsl_entity_destroy_n(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
@@ -133,21 +175,16 @@ jsl_result jsl_entity_destroy_n(jsl_ecs *ecs, const jsl_entity *entity, int64_t 
     if (count < 0 || (count > 0 && !entity))
         return jsl_fail(&ecs->logger, JSL_ERR_ARGUMENT, "jsl_entity_destroy_n: %lld handles",
                         (long long)count);
-    JSL_TRY(mark_all(ecs, entity, count));
-    /* A sweep reads every handle of the table; below one leaving row in 16, swaps cost less. */
-    for (jsl_table *t = ecs->touched; t; t = t->next_touched)
+    JSL_TRY(give_all(ecs, entity, count));
+    bool all = true;
+    for (jsl_table *t = ecs->touched; t; t = t->next_touched) {
+        t->empties = t->leaving == t->count;
+        /* A sweep reads every handle of the table; below one leaving row in 16, swaps cost less. */
         t->dense = t->keeps_order || t->leaving * 16 > t->count;
-    for (int64_t i = 0; i < count; i++) {
-        uint32_t index = entity[i].index - 1;
-        jsl_slot *slot = &ecs->slots.at[index];
-        jsl_table *table = jsl_table_at(ecs, slot->table & ~JSL_LEAVING);
-        int64_t row = slot->row;
-        jsl_slot_give(ecs, index);
-        if (table->dense)
-            jsl_row_hole(table, row);
-        else
-            jsl_row_remove(ecs, table, row);
+        if (t->empties) t->holes = t->count;
+        all = all && t->empties;
     }
+    if (!all) remove_rows(ecs, entity, count);
     jsl_touched_close(ecs);
     return JSL_OK;
 }

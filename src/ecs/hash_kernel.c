@@ -71,6 +71,19 @@ JSL_INLINE lanes step(lanes a, lanes w) {
 JSL_INLINE lanes both(lanes a, lanes b) { return _mm512_and_si512(a, b); }
 #endif
 
+/* As step, with a word of 64 bits. */
+JSL_INLINE lanes fold(lanes a, lanes w) {
+#if JSL_KERNEL_ISA == 1
+    return step(a ^ w, 0);
+#elif JSL_KERNEL_ISA == 2
+    return step(_mm_xor_si128(a, w), _mm_setzero_si128());
+#elif JSL_KERNEL_ISA == 3
+    return step(_mm256_xor_si256(a, w), _mm256_setzero_si256());
+#else
+    return step(_mm512_xor_si512(a, w), _mm512_setzero_si512());
+#endif
+}
+
 /* -- Columns ------------------------------------------------------------------ */
 
 static void mix_key(uint64_t *acc, uint32_t key, int n) {
@@ -150,4 +163,15 @@ uint64_t JSL_KERNEL(jsl_hash_rows)(const jsl_entity *entity, const jsl_hash_step
         sum += finish(acc, left);
     }
     return sum;
+}
+
+/* 16 lanes of 64 bits, each taking the words of its own column of the data: t = a ^ w, a' =
+ * low32(t) * M + high32(t). One changed byte always changes its lane. */
+void JSL_KERNEL(jsl_sum_mix)(uint64_t sum[JSL_SUM_LANES], const unsigned char *bytes, size_t size) {
+    lanes a[JSL_SUM_LANES / LANES];
+    for (int i = 0; i < JSL_SUM_LANES / LANES; i++) a[i] = load(sum + i * LANES);
+    for (size_t at = 0; at < size; at += JSL_SUM_BYTES)
+        for (int i = 0; i < JSL_SUM_LANES / LANES; i++)
+            a[i] = fold(a[i], load(bytes + at + i * LANES * 8));
+    for (int i = 0; i < JSL_SUM_LANES / LANES; i++) store(sum + i * LANES, a[i]);
 }

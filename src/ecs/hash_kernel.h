@@ -19,4 +19,10 @@ typedef struct jsl_hash_step {
 JSL_KERNEL_DECLARE(uint64_t, jsl_hash_rows,
                    (const jsl_entity *entity, const jsl_hash_step *step, int steps, int64_t count));
 
+/* Mixes size bytes (a multiple of JSL_SUM_BYTES) into the lanes of a running checksum. */
+#define JSL_SUM_LANES 16
+#define JSL_SUM_BYTES (JSL_SUM_LANES * 8)
+JSL_KERNEL_DECLARE(void, jsl_sum_mix,
+                   (uint64_t sum[JSL_SUM_LANES], const unsigned char *bytes, size_t size));
+
 #endif

@@ -15,6 +15,7 @@
 #ifndef JSL_ECS_IMAGE_H
 #define JSL_ECS_IMAGE_H
 
+#include "ecs/hash_kernel.h"
 #include "ecs/store.h"
 
 #define JSL_IMAGE_MAGIC "JSL-ECS\n"
@@ -36,10 +37,25 @@ typedef struct jsl_image_table {
 
 _Static_assert(sizeof(jsl_image_header) == 64 && sizeof(jsl_image_table) == 16, "no padding");
 
-/* The checksum is chained over pieces of this many bytes, so that a writer can sum what its caches
- * still hold. */
-#define JSL_IMAGE_PIECE 65536
-#define JSL_IMAGE_SEED 0x6a736c2d65637321ull
+/* A running checksum: whole groups of bytes go into lanes, the rest and the lanes into one number
+ * at the end. */
+typedef struct jsl_image_sum {
+    uint64_t lane[JSL_SUM_LANES];
+} jsl_image_sum;
+
+static inline jsl_image_sum jsl_image_sum_begin(void) {
+    jsl_image_sum sum;
+    for (uint64_t i = 0; i < JSL_SUM_LANES; i++) sum.lane[i] = jsl_mix64(0x6a736c2d65637321ull + i);
+    return sum;
+}
+static inline void jsl_image_sum_mix(const jsl_ecs *ecs, jsl_image_sum *sum,
+                                     const unsigned char *bytes, size_t size) {
+    JSL_KERNEL_PICK(ecs->isa, jsl_sum_mix)(sum->lane, bytes, size);
+}
+static inline uint64_t jsl_image_sum_end(const jsl_image_sum *sum, const unsigned char *rest,
+                                         size_t size) {
+    return jsl_hash_bytes(rest, size, jsl_hash_bytes(sum->lane, sizeof sum->lane, 0));
+}
 
 static inline bool jsl_column_is_saved(const jsl_column *column) {
     return jsl_role_is_saved(column->role);

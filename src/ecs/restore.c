@@ -85,14 +85,10 @@ static jsl_result read_header(image *im) {
                         h->version, JSL_IMAGE_VERSION);
     if (h->size != in->size || in->size < sizeof *h + 8) return damaged(im, "its size is wrong");
     in->size -= 8;
-    uint64_t sum = JSL_IMAGE_SEED, stored;
-    for (size_t at = 0; at < in->size;) {
-        size_t n = in->size - at < JSL_IMAGE_PIECE ? in->size - at : JSL_IMAGE_PIECE;
-        sum = jsl_hash_bytes(in->bytes + at, n, sum);
-        at += n;
-    }
-    /* The writer closes with a last piece even when that is empty. */
-    if (in->size % JSL_IMAGE_PIECE == 0) sum = jsl_hash_bytes(in->bytes, 0, sum);
+    size_t whole = in->size - in->size % JSL_SUM_BYTES;
+    jsl_image_sum lanes = jsl_image_sum_begin();
+    jsl_image_sum_mix(im->ecs, &lanes, in->bytes, whole);
+    uint64_t sum = jsl_image_sum_end(&lanes, in->bytes + whole, in->size - whole), stored;
     memcpy(&stored, in->bytes + in->size, 8);
     if (sum != stored) return damaged(im, "its checksum is wrong");
     if ((h->real_bytes != 4 && h->real_bytes != 8) || h->components > JSL_MAX_COMPONENTS ||
@@ -175,27 +171,47 @@ static jsl_result read_part(image *im) {
     return JSL_OK;
 }
 
+/* Sets the bits [begin, begin + n); false when one was set. */
+static bool claim_bits(jsl_bitset *seen, uint64_t begin, uint64_t n) {
+    uint64_t clash = 0;
+    while (n) {
+        uint64_t shift = begin & 63, take_bits = 64 - shift < n ? 64 - shift : n;
+        uint64_t bits = (take_bits == 64 ? ~0ull : (1ull << take_bits) - 1) << shift;
+        clash |= seen->word[begin >> 6] & bits;
+        seen->word[begin >> 6] |= bits;
+        begin += take_bits;
+        n -= take_bits;
+    }
+    return clash == 0;
+}
+
+/* Claims the n slots of a list. Neighbours in the list tend to be neighbours in memory, so runs are
+ * claimed at once. */
+static jsl_result claim_slots(image *im, const unsigned char *list, uint64_t n) {
+    for (uint64_t i = 0, run; i < n; i += run) {
+        uint64_t slot = word_at(list, i);
+        uint32_t bad = 0;
+        for (run = 1; i + run < n && word_at(list, i + run) == slot + run;) run++;
+        if (slot + run > im->head.slots || !claim_bits(&im->seen, slot, run))
+            return damaged(im, "a slot is used twice or does not exist");
+        for (uint64_t k = 0; k < run; k++)
+            bad |= word_at(im->generation, slot + k) - 1 >= JSL_GENERATION_MAX;
+        if (bad) return damaged(im, "a generation is wrong");
+    }
+    return JSL_OK;
+}
+
 /* Every slot must be a row's, or free, or retired, and only one of these. */
 static jsl_result check_slots(image *im) {
     jsl_memory *memory = &im->ecs->memory;
-    uint64_t slots = im->head.slots, unseen = slots - im->head.free_slots;
-    if (im->rows != im->head.live || im->rows > unseen) return damaged(im, "its counts disagree");
+    uint64_t slots = im->head.slots, used = im->head.live + im->head.free_slots;
+    if (im->rows != im->head.live || used > slots) return damaged(im, "its counts disagree");
     if (slots && jsl_bitset_reserve(memory, &im->seen, (int64_t)slots) != JSL_OK)
         return jsl_fail(&im->ecs->logger, JSL_ERR_MEMORY, "image: no memory to check its slots");
-    for (int64_t p = -1; p < im->part.count; p++) {
-        const unsigned char *list = p < 0 ? im->free_slot : im->part.at[p].slot;
-        uint64_t n = p < 0 ? im->head.free_slots : im->part.at[p].rows;
-        for (uint64_t i = 0; i < n; i++) {
-            uint32_t slot = word_at(list, i);
-            if (slot >= slots || jsl_bitset_get(&im->seen, slot))
-                return damaged(im, "a slot is used twice or does not exist");
-            uint32_t generation = word_at(im->generation, slot);
-            if (generation == 0 || generation > JSL_GENERATION_MAX)
-                return damaged(im, "a generation is wrong");
-            jsl_bitset_on(&im->seen, slot);
-        }
-    }
-    for (uint64_t i = 0; i < slots; i++)
+    JSL_TRY(claim_slots(im, im->free_slot, im->head.free_slots));
+    for (int64_t p = 0; p < im->part.count; p++)
+        JSL_TRY(claim_slots(im, im->part.at[p].slot, im->part.at[p].rows));
+    for (uint64_t i = 0; i < slots && used < slots; i++)
         if (!jsl_bitset_get(&im->seen, (int64_t)i) && word_at(im->generation, i) != 0)
             return damaged(im, "a slot is neither used nor free nor retired");
     return JSL_OK;
@@ -261,13 +277,13 @@ static void load_part(const image *im, const image_part *part) {
     jsl_table *table = part->table;
     uint64_t n = part->rows;
     if (n == 0) return;
-    jsl_table_append(ecs, table, (int64_t)n);
+    jsl_table_set_count(ecs, table, (int64_t)n);
+    jsl_table_zero(table, (int64_t)n, jsl_round_up((int64_t)n, JSL_LANES));
     for (uint64_t i = 0; i < n; i++) {
         uint32_t slot = word_at(part->slot, i);
-        jsl_slot *s = &ecs->slots.at[slot];
-        s->table = table->id;
-        s->row = (uint32_t)i;
-        table->entity[i] = (jsl_entity){slot + 1, s->generation};
+        uint32_t generation = word_at(im->generation, slot) | ecs->tag;
+        ecs->slots.at[slot] = (jsl_slot){table->id, (uint32_t)i, generation};
+        table->entity[i] = (jsl_entity){slot + 1, generation};
     }
     reader in = im->in;
     in.at = (size_t)(part->values - in.bytes);
@@ -276,7 +292,10 @@ static void load_part(const image *im, const image_part *part) {
         const jsl_component_desc *desc = &ecs->component[component].desc;
         for (int f = 0; f < desc->field_count; f++) {
             const jsl_column *c = &table->column[table->first[component] + f];
-            if (!jsl_role_is_saved(c->role)) continue;
+            if (!jsl_role_is_saved(c->role)) {
+                memset(c->at, 0, n * c->bytes);
+                continue;
+            }
             const unsigned char *from = take(&in, n * value_bytes(im, (jsl_type)c->type));
             if (c->type == JSL_TYPE_REAL)
                 load_reals(im, c, from, n);
@@ -302,10 +321,13 @@ static void commit(image *im) {
     slots->free_count = (int64_t)im->head.free_slots;
     slots->live = (int64_t)im->head.live;
     slots->head = 0;
-    for (int64_t i = 0; i < slots->count; i++) {
-        uint32_t generation = word_at(im->generation, (uint64_t)i);
-        slots->at[i] = (jsl_slot){JSL_NO_TABLE, 0, generation ? generation | ecs->tag : 0};
+    for (int64_t i = 0; i < slots->free_count; i++) {
+        uint32_t slot = word_at(im->free_slot, (uint64_t)i);
+        slots->at[slot] = (jsl_slot){JSL_FREE, 0, word_at(im->generation, slot) | ecs->tag};
     }
+    if (slots->live + slots->free_count < slots->count)
+        for (int64_t i = 0; i < slots->count; i++)
+            if (!jsl_bitset_get(&im->seen, i)) slots->at[i] = (jsl_slot){JSL_FREE, 0, 0};
     if (slots->free_count)
         memcpy(slots->ring, im->free_slot, (size_t)slots->free_count * sizeof *slots->ring);
     for (int64_t i = 0; i < im->part.count; i++) load_part(im, &im->part.at[i]);

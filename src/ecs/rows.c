@@ -187,7 +187,7 @@ int64_t jsl_table_destroy_rows(jsl_ecs *ecs, uint32_t id, const uint8_t *dead) {
             continue;
         }
         if (!dead[r]) continue;
-        jsl_slot_give(ecs, table->entity[r].index - 1);
+        jsl_slot_give(&ecs->slots, table->entity[r].index - 1);
         jsl_row_hole(table, r);
     }
     int64_t gone = table->holes;

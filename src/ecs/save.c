@@ -3,11 +3,15 @@
  */
 #include "ecs/image.h"
 
-/* Copies into the image and sums each piece while it is warm. With bytes null it only counts. */
+/* What was copied is summed in pieces of this many bytes, while the caches still hold it. */
+#define PIECE (256 * JSL_SUM_BYTES)
+
+/* With bytes null it only counts. */
 typedef struct writer {
+    const jsl_ecs *ecs;
     unsigned char *bytes;
     size_t at, summed;
-    uint64_t sum;
+    jsl_image_sum sum;
 } writer;
 
 static void put(writer *w, const void *data, size_t size) {
@@ -17,13 +21,13 @@ static void put(writer *w, const void *data, size_t size) {
         return;
     }
     while (size) {
-        size_t room = w->summed + JSL_IMAGE_PIECE - w->at, n = size < room ? size : room;
+        size_t room = w->summed + PIECE - w->at, n = size < room ? size : room;
         memcpy(w->bytes + w->at, from, n);
         w->at += n;
         from += n;
         size -= n;
         if (n < room) break;
-        w->sum = jsl_hash_bytes(w->bytes + w->summed, JSL_IMAGE_PIECE, w->sum);
+        jsl_image_sum_mix(w->ecs, &w->sum, w->bytes + w->summed, PIECE);
         w->summed = w->at;
     }
 }
@@ -148,12 +152,13 @@ static void write_image(writer *w, const jsl_ecs *ecs, size_t size) {
     put_slots(w, &ecs->slots);
     for (int64_t i = 0; i < ecs->by_mask.count; i++)
         if (ecs->by_mask.at[i]->count) put_table(w, ecs->by_mask.at[i], used);
-    if (!w->bytes) {
-        w->at += sizeof w->sum;
-        return;
+    if (w->bytes) {
+        size_t left = w->at - w->summed, whole = left - left % JSL_SUM_BYTES;
+        jsl_image_sum_mix(ecs, &w->sum, w->bytes + w->summed, whole);
+        uint64_t sum = jsl_image_sum_end(&w->sum, w->bytes + w->summed + whole, left - whole);
+        memcpy(w->bytes + w->at, &sum, sizeof sum);
     }
-    w->sum = jsl_hash_bytes(w->bytes + w->summed, w->at - w->summed, w->sum);
-    memcpy(w->bytes + w->at, &w->sum, sizeof w->sum);
+    w->at += sizeof(uint64_t);
 }
 
 size_t jsl_ecs_save_size(const jsl_ecs *ecs) {
@@ -169,7 +174,7 @@ jsl_result jsl_ecs_save(const jsl_ecs *ecs, void *bytes, size_t size) {
     if (!bytes || size < need)
         return jsl_fail(&ecs->logger, JSL_ERR_ARGUMENT, "jsl_ecs_save: %zu bytes; %zu are needed",
                         size, need);
-    writer w = {.bytes = bytes, .sum = JSL_IMAGE_SEED};
+    writer w = {.ecs = ecs, .bytes = bytes, .sum = jsl_image_sum_begin()};
     write_image(&w, ecs, need);
     return JSL_OK;
 }

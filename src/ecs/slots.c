@@ -63,20 +63,6 @@ void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t c
     if (out && count) memcpy(out, handle, (size_t)count * sizeof *out);
 }
 
-void jsl_slot_give(jsl_ecs *ecs, uint32_t index) {
-    jsl_slots *s = &ecs->slots;
-    jsl_slot *slot = &s->at[index];
-    slot->table = JSL_NO_TABLE;
-    s->live--;
-    if ((slot->generation & JSL_GENERATION_MAX) == JSL_GENERATION_MAX) {
-        slot->generation = 0; /* used up: were it reused, an old handle could come alive again */
-        return;
-    }
-    slot->generation++;
-    int64_t tail = s->head + s->free_count++;
-    s->ring[tail >= s->cap ? tail - s->cap : tail] = index;
-}
-
 jsl_result jsl_bad_entity(const jsl_ecs *ecs, jsl_entity e, const char *caller) {
     uint32_t generation = e.generation & JSL_GENERATION_MAX;
     const char *why = jsl_entity_is_null(e)                              ? "null"

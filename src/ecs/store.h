@@ -15,8 +15,9 @@
 
 #define JSL_GENERATION_MAX 0xfffffu /* 20 bits; 0 marks a retired slot */
 #define JSL_TAG_SHIFT 20
-#define JSL_NO_TABLE 0xffffffffu   /* the slot is free or retired */
-#define JSL_LEAVING 0x80000000u    /* set in slot.table while a bulk call checks its handles */
+#define JSL_FREE 0x80000000u /* bit of slot.table: free or retired; the rest is its last table */
+#define JSL_LEAVING                                                                                \
+    0x40000000u /* bit of slot.table: will move, while a bulk call checks its handles */
 #define JSL_MAX_ROWS 0xfffffff0ll  /* of one table; rows are 32 bits in slots and permutations */
 #define JSL_MAX_SLOTS 0xfffffffell /* of one ECS */
 #define JSL_NO_COLUMN 0xffffu
@@ -71,6 +72,7 @@ typedef struct jsl_table {
     bool keeps_order;
     /* Meaningful only inside one public call: */
     bool touched;
+    bool empties;     /* all rows leave */
     bool dense;       /* so many rows leave that one sweep is cheaper than swaps */
     int64_t leaving;  /* rows that will go */
     int64_t arriving; /* rows that will come */
@@ -182,7 +184,9 @@ jsl_result jsl_set_mask(const jsl_ecs *ecs, const jsl_component *set, int set_co
 static inline bool jsl_component_known(const jsl_ecs *ecs, jsl_component c) {
     return c.id >= 1 && c.id <= (uint32_t)ecs->component_count;
 }
-static inline bool jsl_role_is_saved(int role) { return role == JSL_STATE || role == JSL_CACHE; }
+static inline bool jsl_role_is_saved(unsigned role) {
+    return role == JSL_STATE || role == JSL_CACHE;
+}
 bool jsl_component_same(const jsl_component_desc *a, const jsl_component_desc *b);
 
 /* slots.c */
@@ -193,7 +197,20 @@ jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need);
  * out[] (may be null). Room must have been reserved. */
 void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t count,
                     jsl_entity *handle, jsl_entity *out);
-void jsl_slot_give(jsl_ecs *ecs, uint32_t slot);
+/* Frees a live slot. Its handle dies; its row is the caller's business. */
+static inline void jsl_slot_give(jsl_slots *slots, uint32_t index) {
+    jsl_slot *slot = &slots->at[index];
+    slot->table |= JSL_FREE;
+    slots->live--;
+    if ((slot->generation & JSL_GENERATION_MAX) == JSL_GENERATION_MAX) {
+        slot->generation = 0; /* used up: were it reused, an old handle could come alive again */
+        return;
+    }
+    slot->generation++;
+    int64_t tail = slots->head + slots->free_count++;
+    slots->ring[tail >= slots->cap ? tail - slots->cap : tail] = index;
+}
+static inline bool jsl_slot_is_free(const jsl_slot *slot) { return slot->table & JSL_FREE; }
 static inline jsl_slot *jsl_slot_of(const jsl_ecs *ecs, jsl_entity e) {
     uint32_t i = e.index - 1; /* null wraps round and fails the test */
     if (i >= (uint64_t)ecs->slots.count) return NULL;

@@ -119,6 +119,7 @@ jsl_result jsl_system_get(const jsl_ecs *ecs, int i, jsl_system_info *out) {
     if (i < 0 || i >= ecs->system.count)
         return jsl_fail(&ecs->logger, JSL_ERR_ARGUMENT, "there is no system %d", i);
     const jsl_system *s = ecs->system.at[i];
+    const jsl_query_plan *plan = ecs->query.at[s->query];
     *out = (jsl_system_info){.name = s->name,
                              .stage = s->stage,
                              .order = s->order,
@@ -126,6 +127,11 @@ jsl_result jsl_system_get(const jsl_ecs *ecs, int i, jsl_system_info *out) {
                              .runs = s->runs,
                              .calls = s->calls,
                              .bytes = s->bytes,
-                             .seconds = s->seconds};
+                             .seconds = s->seconds,
+                             .always = s->always,
+                             .required = plan->required,
+                             .excluded = plan->excluded,
+                             .reads = s->touches & ~s->writes,
+                             .writes = s->writes};
     return JSL_OK;
 }

@@ -25,10 +25,10 @@ static bool check_slots(const jsl_ecs *ecs, jsl_ecs_report *r) {
     for (int64_t i = 0; i < s->count; i++) {
         const jsl_slot *slot = &s->at[i];
         uint32_t generation = slot->generation & JSL_GENERATION_MAX;
-        if (slot->table == JSL_NO_TABLE && slot->generation == 0) continue;
+        if (jsl_slot_is_free(slot) && slot->generation == 0) continue;
         if (generation == 0 || slot->generation != (ecs->tag | generation))
             return wrong(r, "slot %lld has generation %x", (long long)i, slot->generation);
-        if (slot->table == JSL_NO_TABLE) {
+        if (jsl_slot_is_free(slot)) {
             free_count++;
             free_sum += jsl_mix64((uint64_t)i + 1);
             continue;
@@ -59,7 +59,7 @@ static bool check_table(const jsl_ecs *ecs, const jsl_table *t, jsl_ecs_report *
         jsl_table_lookup(ecs, t->mask) != t || ecs->table.at[t->id] != t)
         return wrong(r, "table %u is inconsistent: %lld of %lld rows", t->id, (long long)t->count,
                      (long long)t->cap);
-    const unsigned char *end = (const unsigned char *)t->entity + (size_t)t->cap * 8;
+    const unsigned char *end = t->cap ? (const unsigned char *)(t->entity + t->cap) : NULL;
     if (t->cap && (const unsigned char *)t->entity != t->block)
         return wrong(r, "table %u: its handles lie elsewhere", t->id);
     int columns = 0;

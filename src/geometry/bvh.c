@@ -7,7 +7,7 @@
 
 /* Splits by area go MAX_SKEW levels down, then by halves: a tree is never deeper than 40 + 31
  * levels. */
-enum { BINS = 8, MAX_SKEW = 40, STACK = 128 };
+enum { BINS = 8, FEW = 8, MAX_SKEW = 40, STACK = 128 };
 
 static jsl_aabb empty_box(void) {
     const jsl_real far = JSL_R(3e38);
@@ -43,8 +43,8 @@ typedef struct split {
 } split;
 
 static int bin_of(const split *s, const jsl_aabb *box) {
-    int bin = (int)((centre(box, s->axis) - s->origin) * s->scale);
-    return bin < 0 ? 0 : bin >= BINS ? BINS - 1 : bin;
+    jsl_real x = (centre(box, s->axis) - s->origin) * s->scale;
+    return !(x > 0) ? 0 : x >= BINS ? BINS - 1 : (int)x; /* 0 for NaN */
 }
 
 /* The cheapest of the 7 planes between bins. False when the centres cannot be told apart. */
@@ -60,6 +60,10 @@ static bool find_split(const jsl_bvh_item *item, int32_t n, split *out) {
     if (!(part(size, axis) > 0) || !jsl_is_finite(scale)) return false;
     *out = (split){axis, 0, part(centres.lo, axis), scale};
 
+    if (n <= FEW) { /* the middle will do: the outermost centres lie on either side of it */
+        out->bin = BINS / 2;
+        return true;
+    }
     jsl_aabb box[BINS];
     int32_t count[BINS] = {0};
     for (int i = 0; i < BINS; i++) box[i] = empty_box();
@@ -112,6 +116,7 @@ static int32_t build(jsl_bvh *bvh, jsl_bvh_item *item, int32_t n, int32_t at, in
     split s;
     int32_t left = n / 2;
     if (n > 2 && depth < MAX_SKEW && find_split(item, n, &s)) left = partition(item, n, &s);
+    if (left == 0 || left == n) left = n / 2; /* centres that are not numbers */
     node->left = at + 1;
     node->right = build(bvh, item, left, at + 1, depth + 1);
     int32_t end = build(bvh, item + left, n - left, node->right, depth + 1);

@@ -5,28 +5,21 @@
 
 static int compare(jsl_real a, jsl_real b) { return (a > b) - (a < b); }
 
-static int compare_lengths(const jsl_shape_desc *a, const jsl_shape_desc *b) {
-    int c = compare(a->half.x, b->half.x);
-    if (!c) c = compare(a->half.y, b->half.y);
-    if (!c) c = compare(a->half.z, b->half.z);
-    return c ? c : compare(a->radius, b->radius);
-}
-
 /* Two of a kind have no natural order, so one is made that rocking and sliding do not upset: by
  * size, then by the side of A on which B lies along the longest coordinate of their offset, and
- * last by orientation. */
+ * last by orientation. Digits of a number in base 3 rather than branches: the outcome is a coin's.
+ */
 static bool out_of_order(const jsl_shape_desc *a, jsl_quat qa, const jsl_shape_desc *b, jsl_quat qb,
                          jsl_vec3 p) {
     if (a->kind != b->kind) return a->kind > b->kind;
-    int c = compare_lengths(b, a);
-    if (c) return c > 0;
     jsl_real x = jsl_abs(p.x), y = jsl_abs(p.y), z = jsl_abs(p.z);
-    jsl_real most = z >= x && z >= y ? p.z : y >= x ? p.y : p.x;
-    if (most != 0) return most < 0;
-    c = compare(qa.x, qb.x);
-    if (!c) c = compare(qa.y, qb.y);
-    if (!c) c = compare(qa.z, qb.z);
-    if (!c) c = compare(qa.w, qb.w);
+    jsl_real xy = y >= x ? p.y : p.x, most = z >= x && z >= y ? p.z : xy;
+    int c = 81 * compare(b->half.x, a->half.x) + 27 * compare(b->half.y, a->half.y) +
+            9 * compare(b->half.z, a->half.z) + 3 * compare(b->radius, a->radius) -
+            compare(most, 0);
+    if (c) return c > 0;
+    c = 27 * compare(qa.x, qb.x) + 9 * compare(qa.y, qb.y) + 3 * compare(qa.z, qb.z) +
+        compare(qa.w, qb.w);
     return c > 0;
 }
 

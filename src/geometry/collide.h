@@ -92,6 +92,17 @@ static inline bool jsl_manifold_add(const jsl_pair_in *in, jsl_manifold *out, js
 /* Distance of the two by GJK, points relative to A; false when their cores cross. No planes. */
 bool jsl_gjk(const jsl_pair_in *in, jsl_gap *out);
 
+/* Sine of the tilt above which a capsule stands on a face rather than lies on it. */
+#define JSL_STANDING JSL_R(0.1)
+/* How far below a point of its axis a capsule's skin lies, straight down a direction that rises by
+ * `rise` along the axis; `along`: from that point to the lower end. The side, or the lower ball
+ * where the side has ended. */
+static inline jsl_real jsl_capsule_reach(jsl_real radius, jsl_real rise, jsl_real along) {
+    jsl_real slant_sq = jsl_max(1 - rise * rise, 0), slant = jsl_sqrt(slant_sq);
+    if (radius * jsl_abs(rise) <= along * slant) return slant > 0 ? radius / slant : radius;
+    return along * jsl_abs(rise) + jsl_sqrt(jsl_max(radius * radius - along * along * slant_sq, 0));
+}
+
 /* Each fills out (count 0 on entry) with points relative to A. */
 typedef void jsl_collide_fn(const jsl_pair_in *in, jsl_manifold *out);
 jsl_collide_fn jsl_collide_sphere_sphere, jsl_collide_sphere_box, jsl_collide_sphere_capsule,

@@ -48,36 +48,48 @@ static void set_up(const jsl_pair_in *in, const jsl_axes *fa, const jsl_axes *fb
     g->hb[0] = in->b->half.x, g->hb[1] = in->b->half.y, g->hb[2] = in->b->half.z;
 }
 
-/* False as soon as one axis separates by more than the margin. */
-static bool find_axes(const boxes *g, jsl_real margin, axes *best) {
-    jsl_real abs_r[3][3];
-    best->face_a = best->face_b = best->edge = JSL_R(-1e30);
-    best->axis_a = best->axis_b = best->edge_a = best->edge_b = 0;
+/* False as soon as one face separates by more than the margin. */
+static bool find_faces(const boxes *g, jsl_real margin, axes *best) {
+    best->face_a = best->face_b = JSL_R(-1e30);
+    best->axis_a = best->axis_b = 0;
     for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) abs_r[i][j] = jsl_abs(g->r[i][j]);
-        jsl_real reach = g->hb[0] * abs_r[i][0] + g->hb[1] * abs_r[i][1] + g->hb[2] * abs_r[i][2];
+        jsl_real reach = g->hb[0] * jsl_abs(g->r[i][0]) + g->hb[1] * jsl_abs(g->r[i][1]) +
+                         g->hb[2] * jsl_abs(g->r[i][2]);
         jsl_real s = jsl_abs(g->pa[i]) - (g->ha[i] + reach);
         if (s > margin) return false;
         if (s > best->face_a) best->face_a = s, best->axis_a = i;
     }
     for (int j = 0; j < 3; j++) {
-        jsl_real reach = g->ha[0] * abs_r[0][j] + g->ha[1] * abs_r[1][j] + g->ha[2] * abs_r[2][j];
+        jsl_real reach = g->ha[0] * jsl_abs(g->r[0][j]) + g->ha[1] * jsl_abs(g->r[1][j]) +
+                         g->ha[2] * jsl_abs(g->r[2][j]);
         jsl_real s = jsl_abs(g->pb[j]) - (g->hb[j] + reach);
         if (s > margin) return false;
         if (s > best->face_b) best->face_b = s, best->axis_b = j;
     }
+    return true;
+}
+
+/* The best pair of edges among those whose separation is above `least`; false as soon as one
+ * separates by more than the margin. */
+static bool find_edges(const boxes *g, jsl_real margin, jsl_real least, axes *best) {
+    best->edge = JSL_R(-1e30);
+    best->edge_a = best->edge_b = 0;
     for (int i = 0; i < 3; i++) {
         int i1 = next_axis[i], i2 = last_axis[i];
         for (int j = 0; j < 3; j++) {
             int j1 = next_axis[j], j2 = last_axis[j];
-            jsl_real sq = g->r[i1][j] * g->r[i1][j] + g->r[i2][j] * g->r[i2][j];
-            if (!(sq > PARALLEL_SQ)) continue;
-            jsl_real reach_a = g->ha[i1] * abs_r[i2][j] + g->ha[i2] * abs_r[i1][j];
-            jsl_real reach_b = g->hb[j1] * abs_r[i][j2] + g->hb[j2] * abs_r[i][j1];
-            jsl_real along = jsl_abs(g->pa[i2] * g->r[i1][j] - g->pa[i1] * g->r[i2][j]);
-            jsl_real s = (along - (reach_a + reach_b)) / jsl_sqrt(sq);
+            jsl_real r1 = g->r[i1][j], r2 = g->r[i2][j];
+            jsl_real reach_a = g->ha[i1] * jsl_abs(r2) + g->ha[i2] * jsl_abs(r1);
+            jsl_real reach_b = g->hb[j1] * jsl_abs(g->r[i][j2]) + g->hb[j2] * jsl_abs(g->r[i][j1]);
+            jsl_real along = jsl_abs(g->pa[i2] * r1 - g->pa[i1] * r2);
+            /* The axis has the length of the sine: compare squares before taking a root. */
+            jsl_real sq = r1 * r1 + r2 * r2, s = along - (reach_a + reach_b);
+            bool below = least < 0 ? s < 0 && s * s >= least * least * sq
+                                   : s < 0 || s * s <= least * least * sq;
+            if (below || !(sq > PARALLEL_SQ)) continue;
+            s /= jsl_sqrt(sq);
             if (s > margin) return false;
-            if (s > best->edge) best->edge = s, best->edge_a = i, best->edge_b = j;
+            if (s > least) least = best->edge = s, best->edge_a = i, best->edge_b = j;
         }
     }
     return true;
@@ -194,6 +206,13 @@ static corner crossing(const face_pair *f, int side, unsigned inc_face, const co
     return c;
 }
 
+/* Whether a side plane cuts anything off. */
+static bool any_outside(const face_pair *f, int side, const corner *at, int count) {
+    jsl_real limit = f->h[side_axis(f, side)], most = -limit, sense = side & 1 ? 1 : -1;
+    for (int i = 0; i < count; i++) most = jsl_max(most, sense * (side < 2 ? at[i].u : at[i].v));
+    return most - limit > CLIP_SLACK * limit;
+}
+
 /* Sutherland and Hodgman 1974, one side plane. */
 static int clip(const face_pair *f, int side, unsigned inc_face, const corner *in, int count,
                 corner *out) {
@@ -250,13 +269,16 @@ static int clip_face(const face_pair *f, int m, jsl_real margin, corner *out) {
     bool positive = f->sign * f->r[f->k][m] < 0;
     unsigned inc_face = JSL_FEATURE_FACE(m, positive);
     int count = incident_face(f, m, positive, out);
-    for (int side = 0; side < 4 && count > 0; side += 2) {
-        count = clip(f, side, inc_face, out, count, buffer);
-        count = clip(f, side + 1, inc_face, buffer, count, out);
+    corner *from = out, *to = buffer;
+    for (int side = 0; side < 4 && count > 0; side++) {
+        if (!any_outside(f, side, from, count)) continue;
+        count = clip(f, side, inc_face, from, count, to);
+        corner *swap = from;
+        from = to, to = swap;
     }
     int n = 0;
     for (int i = 0; i < count; i++)
-        if (out[i].w <= margin) out[n++] = out[i];
+        if (from[i].w <= margin) out[n++] = from[i];
     return reduce(out, n);
 }
 
@@ -318,19 +340,19 @@ void jsl_collide_box_box(const jsl_pair_in *in, jsl_manifold *out) {
     axes best;
     jsl_axes fa = jsl_axes_of(in->qa), fb = jsl_axes_of(in->qb);
     set_up(in, &fa, &fb, &g);
-    if (!find_axes(&g, in->margin, &best)) return;
+    if (!find_faces(&g, in->margin, &best)) return;
     jsl_real thin = g.ha[0];
     for (int i = 0; i < 3; i++) thin = jsl_min(thin, jsl_min(g.ha[i], g.hb[i]));
     jsl_real slack = FACE_SHARE * jsl_abs(best.face_a) + FACE_SLACK * thin;
     bool b_is_reference = best.face_b > best.face_a + slack;
     jsl_real face = b_is_reference ? best.face_b : best.face_a;
-    bool edges = best.edge > face + (EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin);
-    if (edges) {
+    jsl_real least = face + (EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin);
+    if (!find_edges(&g, in->margin, least, &best)) return;
+    if (best.edge > least) {
         if (edge_contact(in, &g, &best, &fa, &fb, out)) return;
     } else {
         int axis = b_is_reference ? best.axis_b : best.axis_a;
         face_contact(in, &g, axis, b_is_reference, &fa, &fb, out);
     }
-    jsl_real apart = jsl_max(jsl_max(best.face_a, best.face_b), best.edge);
-    if (out->count == 0 && apart > 0) near_contact(in, out);
+    if (out->count == 0) near_contact(in, out);
 }

@@ -100,11 +100,12 @@ static uint32_t capsule_feature(const seg_box *g, jsl_real t) {
     return t <= -g->len ? JSL_FEATURE_END0 : t >= g->len ? JSL_FEATURE_END1 : JSL_FEATURE_SIDE;
 }
 
-/* The part of the segment over face k of the box, sign side: one or two points. False when there is
- * none. */
+/* The part of the segment over face k of the box: one or two points. False, and no points, when
+ * there is none or none is as deep as `most`: what makes the axis deep may lie beyond the rim. */
 static bool capsule_on_face(const jsl_pair_in *in, const seg_box *g, const jsl_axes *f, int k,
-                            jsl_real sign, jsl_manifold *out) {
-    jsl_real t[2] = {-g->len, g->len}, r = in->b->radius;
+                            jsl_real most, jsl_manifold *out) {
+    jsl_real sign = g->c[k] < 0 ? -1 : 1;
+    jsl_real t[2] = {-g->len, g->len};
     for (int i = 0; i < 3; i++) {
         if (i == k) continue;
         if (g->u[i] == 0) {
@@ -118,15 +119,16 @@ static bool capsule_on_face(const jsl_pair_in *in, const seg_box *g, const jsl_a
     if (!(t[0] <= t[1])) return false;
     const jsl_vec3 *a = f->a;
     jsl_vec3 n = jsl_scale(a[k], sign);
-    jsl_real rise = sign * g->u[k];
+    jsl_real rise = sign * g->u[k], low = rise < 0 ? g->len : -g->len;
     int first = 0, last = 1;
     /* A capsule that stands on the face, or hardly reaches over it, touches with its lower end
      * alone. */
-    if (jsl_abs(rise) > JSL_R(0.1) || t[1] - t[0] < JSL_R(0.01) * g->len)
+    if (jsl_abs(rise) > JSL_STANDING || t[1] - t[0] < JSL_R(0.01) * g->len)
         first = last = rise < 0 ? 1 : 0;
     out->normal = n;
     for (int i = first; i <= last; i++) {
         jsl_real height = sign * (g->c[k] + t[i] * g->u[k]) - g->h[k];
+        jsl_real r = jsl_capsule_reach(in->b->radius, rise, jsl_abs(t[i] - low));
         jsl_vec3 x =
             jsl_v3(g->c[0] + t[i] * g->u[0], g->c[1] + t[i] * g->u[1], g->c[2] + t[i] * g->u[2]);
         jsl_vec3 point = jsl_mul_add(jsl_axes_out(f, x), -(height + r) / 2, n);
@@ -134,7 +136,10 @@ static bool capsule_on_face(const jsl_pair_in *in, const seg_box *g, const jsl_a
             in, out, point, height - r,
             JSL_FEATURE(JSL_FEATURE_FACE(k, sign > 0), i ? JSL_FEATURE_END1 : JSL_FEATURE_END0));
     }
-    return out->count > 0;
+    bool deep = false;
+    for (int i = 0; i < out->count; i++) deep |= out->separation[i] <= most;
+    if (!deep) out->count = 0;
+    return deep;
 }
 
 /* The segment passes through the box: the shallowest of the six axes that may separate them. */
@@ -150,14 +155,15 @@ static void capsule_inside(const jsl_pair_in *in, const seg_box *g, const jsl_ax
         jsl_real s = (jsl_abs(g->c[l] * g->u[j] - g->c[j] * g->u[l]) - reach) / jsl_sqrt(sq);
         if (s > best) best = s, edge = i;
     }
-    jsl_real sign = g->c[k] < 0 ? -1 : 1;
-    if (!(best > face + (EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin)) &&
-        capsule_on_face(in, g, f, k, sign, out))
-        return;
-    if (best <= JSL_R(-1e30)) return;
+    jsl_real slack = EDGE_SHARE * jsl_abs(face) + EDGE_SLACK * thin, r = in->b->radius;
+    if (best <= face + slack) {
+        /* Of an edge about as good the face's points must not be shallower. */
+        jsl_real most = best >= face - slack ? best - r + slack : in->margin;
+        if (capsule_on_face(in, g, f, k, most, out) || best <= JSL_R(-1e30)) return;
+    }
 
     int j = (edge + 1) % 3, l = (edge + 2) % 3;
-    jsl_real n[3] = {0, 0, 0}, q[3] = {0, 0, 0}, r = in->b->radius;
+    jsl_real n[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     n[j] = -g->u[l], n[l] = g->u[j]; /* edge axis x u */
     jsl_real length = jsl_sqrt(n[j] * n[j] + n[l] * n[l]);
     if (g->c[j] * n[j] + g->c[l] * n[l] < 0) length = -length;
@@ -200,11 +206,10 @@ void jsl_collide_box_capsule(const jsl_pair_in *in, jsl_manifold *out) {
     if (!(distance - r <= in->margin)) return;
     /* Nearly straight over a face: a flat contact of two points there rather than one on its rim.
      */
-    if (face >= distance - JSL_R(0.002) * jsl_min(r, distance) &&
-        capsule_on_face(in, &g, &f, k, g.c[k] < 0 ? -1 : 1, out))
+    jsl_real slack = JSL_R(0.002) * jsl_min(r, distance);
+    if (face >= distance - slack && capsule_on_face(in, &g, &f, k, distance - r + slack, out))
         return;
     jsl_vec3 x = {g.c[0] + t * g.u[0], g.c[1] + t * g.u[1], g.c[2] + t * g.u[2]};
-    out->count = 0;
     out->normal = jsl_axes_out(&f, n);
     jsl_manifold_add(in, out, jsl_mul_add(jsl_axes_out(&f, x), -(distance + r) / 2, out->normal),
                      distance - r, JSL_FEATURE(0, capsule_feature(&g, t)));

@@ -33,11 +33,15 @@ void jsl_collide_sphere_plane(const jsl_pair_in *in, jsl_manifold *out) {
 
 void jsl_collide_capsule_plane(const jsl_pair_in *in, jsl_manifold *out) {
     jsl_vec3 n = jsl_axis_z(in->qb), u = jsl_axis_z(in->qa);
-    jsl_real r = in->a->radius;
+    jsl_real rise = jsl_dot(n, u), half = in->a->half.z;
     out->normal = jsl_neg(n);
     for (int end = 0; end < 2; end++) {
-        jsl_vec3 c = jsl_scale(u, end ? in->a->half.z : -in->a->half.z);
+        bool lower = (rise < 0) == (end == 1);
+        /* A capsule that stands touches with its lower end alone. */
+        if (!lower && jsl_abs(rise) > JSL_STANDING) continue;
+        jsl_vec3 c = jsl_scale(u, end ? half : -half);
         jsl_real height = jsl_dot(n, jsl_sub(c, in->p));
+        jsl_real r = jsl_capsule_reach(in->a->radius, rise, lower ? 0 : 2 * half);
         jsl_manifold_add(in, out, jsl_mul_add(c, -(r + height) / 2, n), height - r,
                          JSL_FEATURE(JSL_FEATURE_END0 + end, 0));
     }

@@ -38,6 +38,9 @@ jsl_result jsl_collider_set_index(jsl_memory *memory, jsl_collider_set *set, jsl
     JSL_TRY(jsl_array_reserve(memory, &set->planes, n));
     JSL_TRY(jsl_array_reserve(memory, &set->finite, n));
     JSL_TRY(jsl_array_reserve(memory, &set->finite_box, n));
+    /* And what the tree will need, so that nothing fails halfway. */
+    JSL_TRY(jsl_array_reserve(memory, &set->bvh.node, 2 * n));
+    JSL_TRY(jsl_array_reserve(memory, &set->bvh.item, n));
     set->box.count = n;
     set->planes.count = set->finite.count = 0;
     uint64_t revision = (uint64_t)n;

@@ -17,6 +17,9 @@ static dvec dadd(dvec a, dvec b) { return (dvec){a.x + b.x, a.y + b.y, a.z + b.z
 static dvec dsub(dvec a, dvec b) { return (dvec){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static dvec dmul(dvec a, double s) { return (dvec){a.x * s, a.y * s, a.z * s}; }
 static double ddot(dvec a, dvec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static dvec dcross(dvec a, dvec b) {
+    return (dvec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 static jsl_vec3 to_real(dvec a) { return jsl_v3((jsl_real)a.x, (jsl_real)a.y, (jsl_real)a.z); }
 
 /* centre + sum of |s_i| <= 1 times half[i]: a point, a segment or a box by the number of axes. */
@@ -70,18 +73,15 @@ static bool weigh(const simplex *s, unsigned mask, double weight[4]) {
         if (!(g[0][0] > 0)) return false;
         x[0] = r[0] / g[0][0];
     } else if (n == 3) {
-        double det = g[0][0] * g[1][1] - g[0][1] * g[0][1];
+        /* By cross products: the Gram determinant would square the condition of a sliver. */
+        dvec c = dcross(e[0], e[1]), p = dmul(o, -1);
+        double det = ddot(c, c);
         if (!(det > 1e-28 * g[0][0] * g[1][1])) return false;
-        x[0] = (r[0] * g[1][1] - r[1] * g[0][1]) / det;
-        x[1] = (r[1] * g[0][0] - r[0] * g[0][1]) / det;
+        x[0] = ddot(dcross(p, e[1]), c) / det;
+        x[1] = ddot(dcross(e[0], p), c) / det;
     } else if (n == 4) {
-        /* Three edges span space: solve for o directly, without squaring the condition. */
-        dvec c12 = {e[1].y * e[2].z - e[1].z * e[2].y, e[1].z * e[2].x - e[1].x * e[2].z,
-                    e[1].x * e[2].y - e[1].y * e[2].x};
-        dvec c20 = {e[2].y * e[0].z - e[2].z * e[0].y, e[2].z * e[0].x - e[2].x * e[0].z,
-                    e[2].x * e[0].y - e[2].y * e[0].x};
-        dvec c01 = {e[0].y * e[1].z - e[0].z * e[1].y, e[0].z * e[1].x - e[0].x * e[1].z,
-                    e[0].x * e[1].y - e[0].y * e[1].x};
+        /* Three edges span space: o itself is solved for. */
+        dvec c12 = dcross(e[1], e[2]), c20 = dcross(e[2], e[0]), c01 = dcross(e[0], e[1]);
         double det = ddot(e[0], c12);
         if (!(det * det > 1e-28 * g[0][0] * g[1][1] * g[2][2])) return false;
         x[0] = -ddot(o, c12) / det;

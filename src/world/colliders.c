@@ -3,10 +3,12 @@
  */
 #include "world/world_internal.h"
 
-/* Boxes are grown by this much beyond the motion of a step, so that things about to touch are found. */
+/* Boxes are grown by this much beyond the motion of a step, so that things about to touch are
+ * found. */
 #define COLLIDER_MARGIN JSL_R(0.02)
 
-/* -- Shapes and materials ------------------------------------------------------------------------------ */
+/* -- Shapes and materials
+ * ------------------------------------------------------------------------------ */
 
 jsl_result jsl_shape_create(jsl_world *w, const jsl_shape_desc *desc, jsl_shape *out) {
     if (!w || !desc || !out) return jsl_world_bad_argument(w, "jsl_shape_create", "null argument");
@@ -14,8 +16,9 @@ jsl_result jsl_shape_create(jsl_world *w, const jsl_shape_desc *desc, jsl_shape 
     jsl_result result = jsl_shape_check(desc);
     if (result != JSL_OK)
         return jsl_fail(&w->settings.logger, result, "shape %s: %s (radius %g, half %g %g %g)",
-                        jsl_shape_kind_text(desc->kind), jsl_result_text(result), (double)desc->radius,
-                        (double)desc->half.x, (double)desc->half.y, (double)desc->half.z);
+                        jsl_shape_kind_text(desc->kind), jsl_result_text(result),
+                        (double)desc->radius, (double)desc->half.x, (double)desc->half.y,
+                        (double)desc->half.z);
     for (int64_t i = 0; i < w->shape.count; i++) {
         const jsl_shape_desc *s = &w->shape.at[i];
         if (s->kind == desc->kind && s->radius == desc->radius && s->half.x == desc->half.x &&
@@ -41,16 +44,19 @@ jsl_result jsl_shape_get(const jsl_world *w, jsl_shape shape, jsl_shape_desc *ou
 int jsl_shape_count(const jsl_world *w) { return w ? (int)w->shape.count : 0; }
 
 jsl_result jsl_material_create(jsl_world *w, const jsl_material_desc *desc, jsl_material *out) {
-    if (!w || !desc || !out) return jsl_world_bad_argument(w, "jsl_material_create", "null argument");
+    if (!w || !desc || !out)
+        return jsl_world_bad_argument(w, "jsl_material_create", "null argument");
     *out = (jsl_material){0};
     if (!jsl_is_finite(desc->friction) || !jsl_is_finite(desc->restitution))
-        return jsl_fail(&w->settings.logger, JSL_ERR_NOT_FINITE, "material: a number is not finite");
+        return jsl_fail(&w->settings.logger, JSL_ERR_NOT_FINITE,
+                        "material: a number is not finite");
     if (desc->friction < 0 || desc->restitution < 0 || desc->restitution > 1)
         return jsl_fail(&w->settings.logger, JSL_ERR_ARGUMENT,
-                        "material: friction %g must be >= 0, restitution %g in 0..1", (double)desc->friction,
-                        (double)desc->restitution);
+                        "material: friction %g must be >= 0, restitution %g in 0..1",
+                        (double)desc->friction, (double)desc->restitution);
     for (int64_t i = 0; i < w->material.count; i++)
-        if (w->material.at[i].friction == desc->friction && w->material.at[i].restitution == desc->restitution) {
+        if (w->material.at[i].friction == desc->friction &&
+            w->material.at[i].restitution == desc->restitution) {
             out->id = (uint32_t)i + 1;
             return JSL_OK;
         }
@@ -63,12 +69,15 @@ jsl_result jsl_material_create(jsl_world *w, const jsl_material_desc *desc, jsl_
 jsl_result jsl_material_get(const jsl_world *w, jsl_material material, jsl_material_desc *out) {
     if (!w || !out) return JSL_ERR_ARGUMENT;
     if (material.id > w->material.count)
-        return jsl_fail(&w->settings.logger, JSL_ERR_HANDLE, "material %u does not exist", material.id);
+        return jsl_fail(&w->settings.logger, JSL_ERR_HANDLE, "material %u does not exist",
+                        material.id);
     *out = material.id ? w->material.at[material.id - 1] : (jsl_material_desc){JSL_R(0.6), 0};
     return JSL_OK;
 }
 
-/* -- The set ----------------------------------------------------------------------------------------------- */
+/* -- The set
+ * -----------------------------------------------------------------------------------------------
+ */
 
 static jsl_collider_item make_item(const jsl_world *w, const jsl_rows *rows, int64_t i) {
     jsl_position_columns p = jsl_position_of(rows, 0);
@@ -98,13 +107,15 @@ static jsl_collider_item make_item(const jsl_world *w, const jsl_rows *rows, int
         item.radius = jsl_shape_radius(&item.shape);
     }
     jsl_material_desc material = {JSL_R(0.6), 0};
-    if (c.material[i] >= 1 && c.material[i] <= w->material.count) material = w->material.at[c.material[i] - 1];
+    if (c.material[i] >= 1 && c.material[i] <= w->material.count)
+        material = w->material.at[c.material[i] - 1];
     item.friction = material.friction;
     item.restitution = material.restitution;
     return item;
 }
 
-/* Puts the items in order of entity id, so that nothing downstream depends on the order of tables or rows. */
+/* Puts the items in order of entity id, so that nothing downstream depends on the order of tables
+ * or rows. */
 static jsl_result sort_items(jsl_world *w, jsl_collider_item *item, int64_t count) {
     bool sorted = true;
     for (int64_t i = 1; i < count && sorted; i++)
@@ -116,7 +127,8 @@ static jsl_result sort_items(jsl_world *w, jsl_collider_item *item, int64_t coun
     jsl_collider_item *copy = JSL_ARENA_NEW(&w->arena, jsl_collider_item, count);
     if (!key || !order || !copy) {
         jsl_arena_rewind(&w->arena, mark);
-        return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY, "out of memory sorting %lld colliders", (long long)count);
+        return jsl_fail(&w->settings.logger, JSL_ERR_MEMORY, "out of memory sorting %lld colliders",
+                        (long long)count);
     }
     for (int64_t i = 0; i < count; i++) {
         key[i] = jsl_entity_id(item[i].entity);

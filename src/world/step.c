@@ -52,7 +52,8 @@ static void merge_warnings(jsl_warnings *total, const jsl_warnings *step) {
 }
 
 static jsl_result step_by(jsl_world *w, jsl_real dt, jsl_warnings *warnings) {
-    if (w->stepping) return jsl_fail(&w->settings.logger, JSL_ERR_STATE, "jsl_step inside jsl_step");
+    if (w->stepping)
+        return jsl_fail(&w->settings.logger, JSL_ERR_STATE, "jsl_step inside jsl_step");
     double start = jsl_seconds();
     jsl_warnings own = {0};
     jsl_step_context context = make_context(w, dt, &own);
@@ -80,10 +81,11 @@ static jsl_result step_by(jsl_world *w, jsl_real dt, jsl_warnings *warnings) {
 
 jsl_result jsl_step(jsl_world *w, jsl_real dt, jsl_warnings *warnings) {
     if (!w) return JSL_ERR_ARGUMENT;
-    if (!jsl_is_finite(dt)) return jsl_fail(&w->settings.logger, JSL_ERR_NOT_FINITE, "jsl_step: dt is not finite");
+    if (!jsl_is_finite(dt))
+        return jsl_fail(&w->settings.logger, JSL_ERR_NOT_FINITE, "jsl_step: dt is not finite");
     if (dt < 0)
-        return jsl_fail(&w->settings.logger, JSL_ERR_ARGUMENT, "jsl_step: dt is %g s: it must not be negative",
-                        (double)dt);
+        return jsl_fail(&w->settings.logger, JSL_ERR_ARGUMENT,
+                        "jsl_step: dt is %g s: it must not be negative", (double)dt);
     return step_by(w, dt > 0 ? dt : w->settings.dt, warnings);
 }
 

@@ -24,19 +24,24 @@ static jsl_result check_wind(const jsl_logger *logger, const jsl_wind *wind) {
 
 static jsl_result check_dt(const jsl_logger *logger, jsl_real dt) {
     if (!jsl_is_finite(dt)) return jsl_fail(logger, JSL_ERR_NOT_FINITE, "dt is not finite");
-    if (dt < 0) return jsl_fail(logger, JSL_ERR_ARGUMENT, "dt is %g s: it must not be negative", (double)dt);
+    if (dt < 0)
+        return jsl_fail(logger, JSL_ERR_ARGUMENT, "dt is %g s: it must not be negative",
+                        (double)dt);
     return JSL_OK;
 }
 
 static jsl_result check_desc(const jsl_world_desc *desc) {
     const jsl_logger *log = &desc->logger;
-    if (!jsl_v3_is_finite(desc->gravity)) return jsl_fail(log, JSL_ERR_NOT_FINITE, "world: gravity is not finite");
+    if (!jsl_v3_is_finite(desc->gravity))
+        return jsl_fail(log, JSL_ERR_NOT_FINITE, "world: gravity is not finite");
     JSL_TRY(check_dt(log, desc->dt));
     JSL_TRY(check_wind(log, &desc->wind));
     if (desc->substeps < 0 || desc->substeps > MAX_SUBSTEPS)
-        return jsl_fail(log, JSL_ERR_ARGUMENT, "world: substeps is %d: 0..%d", desc->substeps, MAX_SUBSTEPS);
+        return jsl_fail(log, JSL_ERR_ARGUMENT, "world: substeps is %d: 0..%d", desc->substeps,
+                        MAX_SUBSTEPS);
     if (desc->workers < 0 || desc->workers > JSL_MAX_WORKERS)
-        return jsl_fail(log, JSL_ERR_ARGUMENT, "world: workers is %d: 0..%d", desc->workers, JSL_MAX_WORKERS);
+        return jsl_fail(log, JSL_ERR_ARGUMENT, "world: workers is %d: 0..%d", desc->workers,
+                        JSL_MAX_WORKERS);
     if ((unsigned)desc->isa >= JSL_ISA_COUNT)
         return jsl_fail(log, JSL_ERR_ARGUMENT, "world: isa is %d", (int)desc->isa);
     return JSL_OK;
@@ -45,7 +50,8 @@ static jsl_result check_desc(const jsl_world_desc *desc) {
 static jsl_result register_shared(jsl_world *w) {
 #define SHARED(name)                                                                               \
     JSL_TRY(jsl_component_register(                                                                \
-        w->ecs, &(jsl_component_desc){#name, name##_fields, JSL_COUNT(name##_fields), false}, &w->name))
+        w->ecs, &(jsl_component_desc){#name, name##_fields, JSL_COUNT(name##_fields), false},      \
+        &w->name))
     SHARED(position);
     SHARED(orientation);
     SHARED(velocity);
@@ -115,19 +121,30 @@ void jsl_world_destroy(jsl_world *w) {
 
 jsl_ecs *jsl_world_ecs(jsl_world *world) { return world ? world->ecs : NULL; }
 
-void jsl_room_attach(jsl_world *world, jsl_room_slot slot, void *room, const jsl_room_hooks *hooks) {
+void jsl_room_attach(jsl_world *world, jsl_room_slot slot, void *room,
+                     const jsl_room_hooks *hooks) {
     JSL_ASSERT(!world->room[slot]);
     world->room[slot] = room;
     world->hooks[slot] = hooks;
 }
 
 jsl_result jsl_world_bad_argument(const jsl_world *world, const char *function, const char *what) {
-    return jsl_fail(world ? &world->settings.logger : NULL, JSL_ERR_ARGUMENT, "%s: %s", function, what);
+    return jsl_fail(world ? &world->settings.logger : NULL, JSL_ERR_ARGUMENT, "%s: %s", function,
+                    what);
 }
 
-/* -- Settings --------------------------------------------------------------------------------------- */
+/* -- Settings
+ * --------------------------------------------------------------------------------------- */
 
-const jsl_world_desc *jsl_world_settings(const jsl_world *world) { return world ? &world->settings : NULL; }
+const jsl_world_desc *jsl_world_settings(const jsl_world *world) {
+    return world ? &world->settings : NULL;
+}
+
+void jsl_world_set_logger(jsl_world *w, const jsl_logger *logger) {
+    if (!w) return;
+    w->settings.logger = logger ? *logger : (jsl_logger){0};
+    jsl_ecs_set_logger(w->ecs, logger);
+}
 
 jsl_result jsl_world_set_gravity(jsl_world *w, jsl_vec3 gravity) {
     if (!w) return JSL_ERR_ARGUMENT;
@@ -154,12 +171,14 @@ jsl_result jsl_world_set_dt(jsl_world *w, jsl_real dt) {
 jsl_result jsl_world_set_substeps(jsl_world *w, int substeps) {
     if (!w) return JSL_ERR_ARGUMENT;
     if (substeps < 1 || substeps > MAX_SUBSTEPS)
-        return jsl_fail(&w->settings.logger, JSL_ERR_ARGUMENT, "substeps is %d: 1..%d", substeps, MAX_SUBSTEPS);
+        return jsl_fail(&w->settings.logger, JSL_ERR_ARGUMENT, "substeps is %d: 1..%d", substeps,
+                        MAX_SUBSTEPS);
     w->settings.substeps = substeps;
     return JSL_OK;
 }
 
-/* -- Clocks and accounts ------------------------------------------------------------------------------ */
+/* -- Clocks and accounts
+ * ------------------------------------------------------------------------------ */
 
 double jsl_world_time(const jsl_world *w) {
     return w ? 1e-9 * (double)w->clock.epoch_ns + (double)w->clock.steps * w->clock.dt : 0;

@@ -9,8 +9,8 @@
 #include "geometry/geometry.h"
 #include <jostle/world.h>
 
-/* The kinds of thing a world can hold. A room is made by the first call that needs it; world.c knows rooms only by
- * these hooks, so that a program links what it calls. */
+/* The kinds of thing a world can hold. A room is made by the first call that needs it; world.c
+ * knows rooms only by these hooks, so that a program links what it calls. */
 typedef enum jsl_room_slot {
     JSL_ROOM_PARTICLE,
     JSL_ROOM_FLOCK,
@@ -20,15 +20,19 @@ typedef enum jsl_room_slot {
 
 typedef struct jsl_room_hooks {
     const char *name;
+    /* Makes the room in another world. */
+    jsl_result (*use)(jsl_world *world);
     void (*destroy)(void *room);
     /* Adds its part to the diagnostics; may be null. */
     void (*measure)(void *room, const jsl_world *world, jsl_diagnostics *out);
-    /* State that is not in components; all four are null when there is none. save writes save_size bytes. check tells
-     * whether restore of these bytes would succeed; restore then cannot fail but for memory. */
+    /* State that is not in components; all four are null when there is none. A failed restore
+     * changes nothing. */
     uint64_t (*hash)(void *room);
     size_t (*save_size)(void *room);
-    void (*save)(void *room, void *bytes);
+    jsl_result (*save)(void *room, void *bytes, size_t size);
     jsl_result (*restore)(void *room, const void *bytes, size_t size);
+    /* Called after the entities were replaced by a restore; may be null. */
+    void (*forget)(void *room);
 } jsl_room_hooks;
 
 typedef struct jsl_clock {

@@ -201,6 +201,32 @@ static void lack_of_memory_is_reported_and_leaves_the_pairs_alone(void **state) 
     }
 }
 
+static void boxes_that_are_not_numbers_do_no_harm(void **state) {
+    (void)state;
+    uint64_t seed = 10;
+    fixture f;
+    open_fixture(&f, 600);
+    for (int kind = 0; kind < 3; kind++) {
+        random_boxes(&f, &seed, 5, 0.5);
+        for (int i = kind; i < f.count; i += 1 + kind) {
+            jsl_real bad = (jsl_real)(i % 2 ? NAN : INFINITY);
+            f.box[i].lo.x = i % 3 ? bad : -bad;
+            f.box[i].hi.x = bad;
+        }
+        assert_ok(jsl_bvh_build(&f.memory, &f.bvh, f.box, f.count));
+        char seen[600] = {0};
+        for (int64_t i = 0; i < f.bvh.node.count; i++) {
+            int32_t item = -1 - f.bvh.node.at[i].left;
+            if (item >= 0) assert_int_equal(seen[item]++, 0);
+        }
+        for (int i = 0; i < f.count; i++) assert_int_equal(seen[i], 1);
+        assert_true(depth_of(&f.bvh, 0) <= 72);
+        f.pairs.count = 0;
+        assert_ok(jsl_bvh_pairs(&f.memory, &f.bvh, f.box, f.count, &f.pairs));
+    }
+    close_fixture(&f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pairs_and_overlaps_equal_brute_force),
@@ -209,6 +235,7 @@ int main(void) {
         cmocka_unit_test(two_hundred_boxes_at_one_point_make_every_pair_once),
         cmocka_unit_test(pairs_are_appended_behind_what_the_array_holds),
         cmocka_unit_test(a_second_step_allocates_nothing),
+        cmocka_unit_test(boxes_that_are_not_numbers_do_no_harm),
         cmocka_unit_test(lack_of_memory_is_reported_and_leaves_the_pairs_alone),
     };
     return cmocka_run_group_tests_name("bvh", tests, NULL, NULL);

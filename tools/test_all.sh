@@ -1,0 +1,30 @@
+#!/bin/bash
+# make test, then the same tests under sanitizers, another compiler and other optimisation levels, and under valgrind.
+set -u
+cd "$(dirname "$0")/.."
+failed=""
+step() {
+    name=$1
+    shift
+    echo "== $name"
+    if "$@" >"build/test-all.log" 2>&1; then tail -n 1 build/test-all.log; else
+        tail -n 40 build/test-all.log
+        failed="$failed, $name"
+    fi
+}
+mkdir -p build
+step "plain" make test
+step "address and undefined-behaviour sanitizers" make test SANITIZE=address,undefined
+step "thread sanitizer" env TEST_TIMEOUT=1800 make test SANITIZE=thread
+step "-O0" make test OPT=-O0 BUILD=build/O0
+step "-O3" make test OPT=-O3 BUILD=build/O3
+if command -v clang-16 >/dev/null; then step "clang" make test CC=clang-16 BUILD=build/clang; else echo "skipped: clang-16 is not installed"; fi
+if command -v valgrind >/dev/null; then
+    step "valgrind" valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite \
+        build/bin/jostle run tools/scenes/showcase.json --seconds 0.2 --log build/valgrind.lcmlog
+else echo "skipped: valgrind is not installed"; fi
+if [ -n "$failed" ]; then
+    echo "failed: ${failed#, }"
+    exit 1
+fi
+echo "all passed"
