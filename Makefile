@@ -177,14 +177,14 @@ $(LCMGEN): lcmtypes/jostle.lcm
 	$(call say,LCMGEN,$<)
 	@rm -rf $(@D) && mkdir -p $(@D)
 	$(Q)lcm-gen -c --c-cpath $(@D) --c-hpath $(@D) $<
-	$(Q)cd $(@D) && $(CC) -O2 -w -fPIC $(SAN) -c jostle_*.c && $(AR) rcs $(@F) jostle_*.o
+	$(Q)cd $(@D) && $(CC) -O2 -w -fPIC -c jostle_*.c && $(AR) rcs $(@F) jostle_*.o
 INTEROP  := $(patsubst %.c,%,$(filter tests/interop/%,$(sort $(wildcard tests/*/test_*.c))))
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): $(LCMGEN)
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP),$(BUILD)/obj/$(p)/$(t).o)): CBASE += -isystem $(BUILD)/lcmgen
 $(foreach p,$(PRECS),$(foreach t,$(INTEROP:tests/%=%),$(BUILD)/test/$(p)/$(t))): $(LCMGEN)
 
 # -- Tests: tests/<kind>/test_<module>.c, each a cmocka program in both precisions ------------------------
-TEST_SRC  := $(sort $(wildcard tests/*/test_*.c))
+TEST_SRC  := $(sort $(wildcard tests/*/test_*.c tests/*/tool_*.c)) # tool_*: programs that script tests use
 TEST_HELP := $(wildcard tests/helper/*.c)
 test_bin   = $(patsubst tests/%.c,$(BUILD)/test/$(1)/%,$(TEST_SRC))
 TEST_BINS := $(foreach p,$(PRECS),$(call test_bin,$(p)))

@@ -92,8 +92,7 @@ JSL_API jsl_result jsl_body_add_force_at(struct jsl_world *world, jsl_body body,
 JSL_API jsl_result jsl_body_apply_impulse(struct jsl_world *world, jsl_body body, jsl_vec3 impulse,
                                           jsl_vec3 point);
 
-/* -- Settings
- * ---------------------------------------------------------------------------------------- */
+/* -- Settings -------------------------------------------------------------------------------- */
 
 /* How anisotropic bodies turn. Bodies with three equal moments turn exactly in either. */
 typedef enum jsl_rotation {
@@ -128,8 +127,7 @@ typedef struct jsl_rigid_settings {
 JSL_API jsl_result jsl_rigid_set(struct jsl_world *world, const jsl_rigid_settings *settings);
 JSL_API jsl_result jsl_rigid_get(struct jsl_world *world, jsl_rigid_settings *out);
 
-/* -- Contacts
- * ------------------------------------------------------------------------------------------ */
+/* -- Contacts -------------------------------------------------------------------------------- */
 
 typedef enum jsl_contact_phase {
     JSL_CONTACT_BEGIN,
@@ -154,8 +152,7 @@ typedef struct jsl_contact {
 JSL_API jsl_result jsl_rigid_contacts(struct jsl_world *world, const jsl_contact **out,
                                       int64_t *count);
 
-/* -- Diagnostics
- * --------------------------------------------------------------------------------------- */
+/* -- Diagnostics ----------------------------------------------------------------------------- */
 
 /* Sums over dynamic bodies in order of entity id, compensated (Neumaier 1974), in double. */
 typedef struct jsl_rigid_measure {

@@ -229,11 +229,21 @@ static jsl_result check_spawn(const jsl_logger *log, int64_t count, const jsl_bo
     return JSL_OK;
 }
 
+/* Uniform in the cube [-1, 1)^3. One after the other: the order of evaluation of arguments is the
+ * compiler's. */
+static jsl_vec3 in_cube(jsl_rng *rng) {
+    jsl_vec3 v;
+    v.x = jsl_rng_signed(rng);
+    v.y = jsl_rng_signed(rng);
+    v.z = jsl_rng_signed(rng);
+    return v;
+}
+
 /* Uniform in the unit ball, by rejection. */
 static jsl_vec3 in_ball(jsl_rng *rng) {
     for (;;) {
-        jsl_real x = jsl_rng_signed(rng), y = jsl_rng_signed(rng), z = jsl_rng_signed(rng);
-        if (x * x + y * y + z * z <= 1) return jsl_v3(x, y, z);
+        jsl_vec3 v = in_cube(rng);
+        if (jsl_length_sq(v) <= 1) return v;
     }
 }
 
@@ -254,10 +264,11 @@ jsl_result jsl_flock_room_boid_create_n(jsl_flock_room *room, uint64_t seed, jsl
     const jsl_boid_columns b = jsl_boid_of(&rows, 2);
     for (int64_t i = 0; i < rows.count; i++) {
         jsl_rng rng = jsl_rng_make(seed, jsl_entity_id(rows.entity[i]), 0, STREAM_SPAWN);
-        jsl_vec3 at = spawn->radius > 0 ? jsl_scale(in_ball(&rng), spawn->radius)
-                                        : jsl_v3(spawn->half.x * jsl_rng_signed(&rng),
-                                                 spawn->half.y * jsl_rng_signed(&rng),
-                                                 spawn->half.z * jsl_rng_signed(&rng));
+        const bool ball = spawn->radius > 0;
+        jsl_vec3 at = ball ? in_ball(&rng) : in_cube(&rng);
+        at.x *= ball ? spawn->radius : spawn->half.x;
+        at.y *= ball ? spawn->radius : spawn->half.y;
+        at.z *= ball ? spawn->radius : spawn->half.z;
         at = jsl_add(at, spawn->centre);
         jsl_vec3 velocity = jsl_mul_add(spawn->velocity, spawn->velocity_spread, in_ball(&rng));
         p.px[i] = at.x, p.py[i] = at.y, p.pz[i] = at.z;

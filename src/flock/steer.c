@@ -143,7 +143,10 @@ static void part_company(const jsl_flock_room *room, const jsl_flock_state *f, s
     for (int i = 0; i < s->count; i++) {
         if (!(s->sense.sense[JSL_COUNT_SAME][i] > 1)) continue;
         jsl_rng rng = jsl_rng_make(0, jsl_entity_id(entity_at(room, s->who[i])), 0, 0);
-        jsl_vec3 d = jsl_v3(jsl_rng_signed(&rng), jsl_rng_signed(&rng), jsl_rng_signed(&rng));
+        jsl_vec3 d;
+        d.x = jsl_rng_signed(&rng);
+        d.y = jsl_rng_signed(&rng);
+        d.z = jsl_rng_signed(&rng);
         d = jsl_scale(jsl_normalize(d), push);
         s->sense.sense[JSL_SUM_SEPARATION][i] -= d.x;
         s->sense.sense[JSL_SUM_SEPARATION + 1][i] -= d.y;

@@ -18,9 +18,7 @@ static int set_of(const jsl_rigid_room *room, const jsl_rigid_body_desc *d, jsl_
     return n;
 }
 
-/* -- Checks
- * -------------------------------------------------------------------------------------------------
- */
+/* -- Checks ---------------------------------------------------------------------------------- */
 
 typedef struct checker {
     const jsl_logger *log;
@@ -136,9 +134,7 @@ static jsl_result check(const checker *c, const jsl_rigid_body_desc *rd, jsl_qua
     return check_mass(c, rd, mass);
 }
 
-/* -- Creation
- * -------------------------------------------------------------------------------------------------
- */
+/* -- Creation -------------------------------------------------------------------------------- */
 
 static jsl_real *real_field(jsl_rigid_room *room, jsl_entity e, jsl_component c, int field) {
     return jsl_entity_field(room->ecs, e, c, field);
@@ -147,47 +143,80 @@ static void set_fields(jsl_rigid_room *room, jsl_entity e, jsl_component c, int 
                        const jsl_real *value, int count) {
     for (int k = 0; k < count; k++) *real_field(room, e, c, first + k) = value[k];
 }
-static void set_u32(jsl_rigid_room *room, jsl_entity e, jsl_component c, int field,
-                    uint32_t value) {
-    *(uint32_t *)jsl_entity_field(room->ecs, e, c, field) = value;
+/* Field numbers, as the rows stand in components.h. */
+enum { BODY_KIND, BODY_FLAGS, BODY_FORCE = 5, BODY_TORQUE = 8 };
+
+/* Columns of rows made by set_of, term by term. */
+typedef struct columns {
+    jsl_position_columns x;
+    jsl_orientation_columns q;
+    jsl_body_columns body;
+    jsl_collider_columns collider;
+    jsl_velocity_columns v;
+    jsl_spin_columns w;
+    jsl_mass_columns mass;
+} columns;
+
+static columns columns_of(const jsl_rows *rows, const jsl_rigid_body_desc *d) {
+    columns c = {.x = jsl_position_of(rows, 0),
+                 .q = jsl_orientation_of(rows, 1),
+                 .body = jsl_body_of(rows, 2)};
+    int term = 3;
+    if (d->shape) c.collider = jsl_collider_of(rows, term++);
+    if (d->body.kind == JSL_BODY_STATIC) return c;
+    c.v = jsl_velocity_of(rows, term);
+    c.w = jsl_spin_of(rows, term + 1);
+    c.mass = jsl_mass_of(rows, term + 2);
+    return c;
 }
 
-/* Field numbers, as the rows stand in components.h. */
-enum {
-    BODY_KIND,
-    BODY_FLAGS,
-    BODY_GRAVITY,
-    BODY_LINEAR,
-    BODY_ANGULAR,
-    BODY_FORCE,
-    BODY_TORQUE = 8
-};
-
-static void fill(jsl_rigid_room *room, jsl_entity e, const jsl_rigid_body_desc *rd, jsl_quat q,
+/* Fields that are not set stay zero, as they were made. */
+static void fill(const columns *c, int64_t r, const jsl_rigid_body_desc *rd, jsl_quat q,
                  const jsl_mass_properties *mass) {
     const jsl_body_desc *d = &rd->body;
-    set_fields(room, e, room->position, 0,
-               (jsl_real[]){d->position.x, d->position.y, d->position.z}, 3);
-    set_fields(room, e, room->orientation, 0, (jsl_real[]){q.x, q.y, q.z, q.w}, 4);
-    set_u32(room, e, room->body, BODY_KIND, (uint32_t)d->kind);
-    jsl_real scale = d->no_gravity ? 0 : d->gravity_scale == 0 ? 1 : d->gravity_scale;
-    set_fields(room, e, room->body, BODY_GRAVITY,
-               (jsl_real[]){scale, d->linear_damping, d->angular_damping}, 3);
+    c->x.px[r] = d->position.x, c->x.py[r] = d->position.y, c->x.pz[r] = d->position.z;
+    c->q.qx[r] = q.x, c->q.qy[r] = q.y, c->q.qz[r] = q.z, c->q.qw[r] = q.w;
+    c->body.kind[r] = (uint32_t)d->kind;
+    c->body.gravity_scale[r] = d->no_gravity ? 0 : d->gravity_scale == 0 ? 1 : d->gravity_scale;
+    c->body.linear_damping[r] = d->linear_damping;
+    c->body.angular_damping[r] = d->angular_damping;
     if (rd->shape) {
-        set_u32(room, e, room->collider, 0, d->shape.id);
-        set_u32(room, e, room->collider, 1, d->material.id);
-        set_u32(room, e, room->collider, 2, d->category ? d->category : 1);
-        set_u32(room, e, room->collider, 3, d->mask ? d->mask : ~0u);
+        c->collider.shape[r] = d->shape.id;
+        c->collider.material[r] = d->material.id;
+        c->collider.category[r] = d->category ? d->category : 1;
+        c->collider.mask[r] = d->mask ? d->mask : ~0u;
     }
     if (d->kind == JSL_BODY_STATIC) return;
-    set_fields(room, e, room->velocity, 0,
-               (jsl_real[]){d->velocity.x, d->velocity.y, d->velocity.z}, 3);
-    set_fields(room, e, room->spin, 0, (jsl_real[]){d->spin.x, d->spin.y, d->spin.z}, 3);
-    if (d->kind == JSL_BODY_DYNAMIC)
-        set_fields(room, e, room->mass, 0,
-                   (jsl_real[]){1 / mass->mass, 1 / mass->inertia.x, 1 / mass->inertia.y,
-                                1 / mass->inertia.z},
-                   4);
+    c->v.vx[r] = d->velocity.x, c->v.vy[r] = d->velocity.y, c->v.vz[r] = d->velocity.z;
+    c->w.wx[r] = d->spin.x, c->w.wy[r] = d->spin.y, c->w.wz[r] = d->spin.z;
+    if (d->kind != JSL_BODY_DYNAMIC) return;
+    c->mass.inv_mass[r] = 1 / mass->mass;
+    c->mass.inv_ixx[r] = 1 / mass->inertia.x;
+    c->mass.inv_iyy[r] = 1 / mass->inertia.y;
+    c->mass.inv_izz[r] = 1 / mass->inertia.z;
+}
+
+/* As many descs from the first on as have the same components are made at once. */
+static jsl_result create_run(jsl_rigid_room *room, const checker *c,
+                             const jsl_rigid_body_desc *desc, int64_t count, jsl_entity *made,
+                             int64_t *done) {
+    jsl_component set[8], other[8];
+    int n = set_of(room, &desc[0], set);
+    int64_t run = 1;
+    while (run < count && set_of(room, &desc[run], other) == n &&
+           memcmp(set, other, (size_t)n * sizeof *set) == 0)
+        run++;
+    jsl_rows rows;
+    JSL_TRY(jsl_entity_create_n(room->ecs, set, n, run, made, &rows));
+    *done += run;
+    columns to = columns_of(&rows, &desc[0]);
+    for (int64_t r = 0; r < run; r++) {
+        jsl_quat q;
+        jsl_mass_properties mass;
+        JSL_TRY(check(c, &desc[r], &q, &mass)); /* passed before: for what it derives */
+        fill(&to, r, &desc[r], q, &mass);
+    }
+    return JSL_OK;
 }
 
 jsl_result jsl_rigid_body_create_n(jsl_rigid_room *room, const jsl_rigid_body_desc *desc,
@@ -208,26 +237,10 @@ jsl_result jsl_rigid_body_create_n(jsl_rigid_room *room, const jsl_rigid_body_de
                         (long long)count);
     jsl_result result = JSL_OK;
     int64_t done = 0;
-    while (done < count && result == JSL_OK) {
-        /* Runs of descs with the same components are made at once. */
-        jsl_component set[8], other[8];
-        int n = set_of(room, &desc[done], set);
-        int64_t end = done + 1;
-        while (end < count && set_of(room, &desc[end], other) == n &&
-               memcmp(set, other, (size_t)n * sizeof *set) == 0)
-            end++;
-        result = jsl_entity_create_n(room->ecs, set, n, end - done, made + done, NULL);
-        if (result == JSL_OK) done = end;
-    }
-    if (result != JSL_OK) {
-        if (done > 0) (void)jsl_entity_destroy_n(room->ecs, made, done);
-    } else {
-        for (int64_t i = 0; i < count; i++) {
-            (void)check(&c, &desc[i], &q, &mass); /* passed above: recomputed for what it derives */
-            fill(room, made[i], &desc[i], q, &mass);
-            if (out) out[i].entity = made[i];
-        }
-    }
+    while (done < count && result == JSL_OK)
+        result = create_run(room, &c, desc + done, count - done, made + done, &done);
+    if (result != JSL_OK && done > 0) (void)jsl_entity_destroy_n(room->ecs, made, done);
+    for (int64_t i = 0; out && result == JSL_OK && i < count; i++) out[i].entity = made[i];
     jsl_free(room->memory, made, (size_t)count * sizeof *made);
     return result;
 }
@@ -237,9 +250,7 @@ jsl_result jsl_rigid_body_create(jsl_rigid_room *room, const jsl_rigid_body_desc
     return jsl_rigid_body_create_n(room, desc, 1, out);
 }
 
-/* -- Access
- * -----------------------------------------------------------------------------------------------------
- */
+/* -- Access ---------------------------------------------------------------------------------- */
 
 static jsl_result valid(jsl_rigid_room *room, jsl_body body, const char *what) {
     if (jsl_entity_has(room->ecs, body.entity, room->body)) return JSL_OK;

@@ -3,9 +3,7 @@
  */
 #include "rigid/room.h"
 
-/* -- The table
- * ------------------------------------------------------------------------------------------------
- */
+/* -- The table ------------------------------------------------------------------------------- */
 
 static jsl_vec3 mean_point(const jsl_rigid_room *room, const jsl_rigid_pair *p, const jsl_real *geo,
                            int32_t second) {
@@ -73,8 +71,7 @@ jsl_result jsl_rigid_room_contacts(jsl_rigid_room *room, const jsl_contact **out
     return JSL_OK;
 }
 
-/* -- The cache as state
- * ----------------------------------------------------------------------------------------- */
+/* -- The cache as state ---------------------------------------------------------------------- */
 
 #define CACHE_MAGIC 0x314352ull /* "RC1" */
 #define CACHE_SETTINGS 8

@@ -113,8 +113,7 @@ JSL_INLINE wreal linverse(wreal a) {
     return lkeep(wgt(a, wset(0)), wset(1) / lmax(a, wset(JSL_R(1e-30))));
 }
 
-/* -- Four numbers of WN records into four registers of lanes, and back
- * --------------------------------- */
+/* -- Four numbers of WN records into four registers of lanes, and back ----------------------- */
 
 /* Record i starts at base + stride * index[i]; 16-byte aligned (32 in double). */
 #define LREC(k) (base + (size_t)stride * (size_t)index[k])

@@ -15,6 +15,7 @@ typedef struct run {
     int64_t slots; /* padded */
     bool serial;   /* only worker 0 works */
     jsl_barrier barrier;
+    double prepared; /* when worker 0 had */
 } run;
 
 static jsl_rigid_kernels kernels_of(jsl_isa isa) {
@@ -105,6 +106,7 @@ static void step_region(void *arg, int worker, int workers) {
     share(r->room->lanes / JSL_LANES, worker, workers, &begin, &end);
     r->kernel.prepare(pass, begin * JSL_LANES, end * JSL_LANES);
     wait(r, workers);
+    if (worker == 0) r->prepared = jsl_seconds();
     for (int k = 0; k < r->substeps; k++) {
         over_slots(r, k == 0 ? r->kernel.kick_first : r->kernel.kick_next, worker, workers, &first,
                    &last);
@@ -175,7 +177,8 @@ jsl_result jsl_rigid_respond(const jsl_step_context *context, void *user) {
         jsl_parallel_region(context->exec, step_region, &r);
     double t1 = jsl_seconds();
     jsl_rigid_slots_finish(room, context);
-    room->profile.solve += t1 - t0, room->profile.finish += jsl_seconds() - t1;
+    room->profile.prepare += r.prepared - t0, room->profile.solve += t1 - r.prepared;
+    room->profile.finish += jsl_seconds() - t1;
     room->profile.steps++;
     return JSL_OK;
 }

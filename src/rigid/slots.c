@@ -111,9 +111,7 @@ jsl_result jsl_rigid_slots_update(jsl_rigid_room *room, const jsl_step_context *
     return JSL_OK;
 }
 
-/* -- Gather
- * ------------------------------------------------------------------------------------------------
- */
+/* -- Gather ---------------------------------------------------------------------------------- */
 
 typedef struct gather {
     jsl_rigid_room *room;
@@ -285,9 +283,7 @@ void jsl_rigid_slots_gather(jsl_rigid_room *room, const jsl_step_context *contex
     if (g.trouble) report(room, context);
 }
 
-/* -- Finish
- * --------------------------------------------------------------------------------------------------
- */
+/* -- Finish ---------------------------------------------------------------------------------- */
 
 static void finish_body(jsl_rigid_room *room, int64_t i, jsl_rigid_slot *slot) {
     const jsl_rigid_view *v = &room->view.at[slot->view];

@@ -13,8 +13,7 @@
 #include "math/wide_dispatch.h"
 #include <jostle/math.h>
 
-/* -- Bodies as the solver sees them
- * ---------------------------------------------------------------- */
+/* -- Bodies as the solver sees them ---------------------------------------------------------- */
 
 #define JSL_LINE 16 /* reals of a body's line: v 3, 1/m, w 3, 0, world inverse inertia 6, 0, 0 */
 #define JSL_MOVE                                                                                   \
@@ -35,8 +34,7 @@ typedef struct jsl_rigid_bodies {
     jsl_real *line, *move, *base, *kick, *pose, *turn; /* of slot i at i * JSL_x */
 } jsl_rigid_bodies;
 
-/* -- Geometry of a contact between steps
- * -------------------------------------------------------------- */
+/* -- Geometry of a contact between steps ----------------------------------------------------- */
 
 /* One record a contact: the manifold in the frames of its bodies, as built by the last narrow phase
  * that ran for the pair, and the impulses. B is always dynamic; A may be immovable. */
@@ -63,8 +61,7 @@ enum {
 /* Separation of a point that is not there. */
 #define JSL_FAR JSL_R(1e9)
 
-/* -- Blocks
- * --------------------------------------------------------------------------------------------- */
+/* -- Blocks ---------------------------------------------------------------------------------- */
 
 /* Fields of the normal part of a block. */
 enum {

@@ -10,6 +10,8 @@
 #include "rigid/solver.h"
 
 #define LANES JSL_LANES
+/* Of the points of one manifold in the restitution pass. */
+#define BOUNCE_SWEEPS 12
 #define PART(array, fields, lane) ((array) + ((lane) / LANES) * ((fields)*LANES) + ((lane) % LANES))
 #define GET(p, field) wload((p) + (field)*LANES)
 #define PUT(p, field, value) wstore((p) + (field)*LANES, value)
@@ -63,8 +65,19 @@ JSL_INLINE void apply(const jsl_rigid_bodies *bodies, const int32_t *ia, const i
     put_body(bodies, ia, A);
 }
 
-/* -- Prepare
- * ---------------------------------------------------------------------------------------------- */
+/* Records of a colour lie a few apart: too far for the hardware to guess. Fetches those of the
+ * group at `lane` from real `first` on. */
+JSL_INLINE void fetch_ahead(const jsl_rigid_pass *pass, int64_t lane, int64_t end,
+                            const int first) {
+    if (lane >= end) return;
+    for (int k = 0; k < WN; k++) {
+        const jsl_real *geo = pass->geo + (int64_t)pass->blocks.contact[lane + k] * JSL_GEO;
+        for (int r = first; r < JSL_GEO; r += JSL_ALIGN / (int)sizeof(jsl_real))
+            __builtin_prefetch(geo + r);
+    }
+}
+
+/* -- Prepare --------------------------------------------------------------------------------- */
 
 /* The manifold in the world, about x_B. */
 typedef struct manifold {
@@ -166,6 +179,7 @@ void JSL_KERNEL(jsl_rigid_prepare)(const jsl_rigid_pass *pass, int64_t begin, in
         const int32_t *slot_a = pass->blocks.a + lane, *slot_b = pass->blocks.b + lane;
         manifold m;
         wreal scale, x[4], y[4];
+        fetch_ahead(pass, lane + JSL_LANES, end, 0);
         read_manifold(pass, pass->blocks.contact + lane, slot_a, slot_b, &m, &scale);
         lvec arm_b = centre_of(&m, scale), arm_a = ladd(arm_b, m.to_a);
         body A = get_body(bodies, slot_a), B = get_body(bodies, slot_b);
@@ -217,8 +231,7 @@ void JSL_KERNEL(jsl_rigid_prepare)(const jsl_rigid_pass *pass, int64_t begin, in
     }
 }
 
-/* -- Warm start
- * --------------------------------------------------------------------------------------------- */
+/* -- Warm start ------------------------------------------------------------------------------ */
 
 JSL_INLINE void warm(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool wall) {
     for (int64_t lane = begin; lane < end; lane += WN) {
@@ -243,8 +256,7 @@ JSL_INLINE void warm(const jsl_rigid_pass *pass, int64_t begin, int64_t end, con
     }
 }
 
-/* -- Passes over the points
- * ------------------------------------------------------------------------------------ */
+/* -- Passes over the points ------------------------------------------------------------------ */
 
 /* The relative motion at the centre, and what the points add to it. */
 typedef struct frame {
@@ -400,8 +412,24 @@ JSL_INLINE void relax(const jsl_rigid_pass *pass, int64_t begin, int64_t end, co
     }
 }
 
+/* As feel, for all points: they are swept more than once. */
+JSL_INLINE void feel_all(const jsl_real *n, frame *s, const int j, wreal d) {
+    static const signed char coupling[4][4] = {
+        {-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
+    for (int k = 0; k < 4; k++) {
+        if (k == j) continue;
+        s->vn[k] = s->vn[k] + GET(n, JSL_N_K + coupling[j][k]) * d;
+    }
+    /* K_jj is 1 / mass; a point that is not there has mass 0 and changes nothing. */
+    s->vn[j] = s->vn[j] + linverse(GET(n, JSL_N_MASS + j)) * d;
+    s->pn = s->pn + d;
+    s->lx = s->lx + d * s->x[j];
+    s->ly = s->ly + d * s->y[j];
+}
+
 /* Once a step: points that carried load and came in fast leave with e times the speed they came
- * with. */
+ * with. The points of a manifold are swept until they agree, so that a box that lands flat leaves
+ * flat. */
 JSL_INLINE void bounce(const jsl_rigid_pass *pass, int64_t begin, int64_t end, const bool wall) {
     const wreal zero = wset(0), threshold = wset(-pass->threshold);
     for (int64_t lane = begin; lane < end; lane += WN) {
@@ -409,18 +437,21 @@ JSL_INLINE void bounce(const jsl_rigid_pass *pass, int64_t begin, int64_t end, c
                  *f = PART(pass->blocks.friction, JSL_F, lane),
                  *r = PART(pass->blocks.bounce, JSL_R_FIELDS, lane);
         const int32_t *ia = pass->blocks.a + lane, *ib = pass->blocks.b + lane;
-        wreal e = GET(r, JSL_R_BOUNCE);
+        wreal e = GET(r, JSL_R_BOUNCE), impulse[4];
         if (!wbits(wgt(e, zero))) continue;
         frame s;
         open_frame(pass, n, ia, ib, &s);
-        for (int j = 0; j < 4; j++) {
-            wreal speed = GET(r, JSL_R_SPEED + j), old = GET(n, JSL_N_IMPULSE + j);
-            wmask live = wgt(threshold, speed) & wgt(GET(r, JSL_R_MOST + j), zero) & wgt(e, zero);
-            wreal impulse = lmax(old - GET(n, JSL_N_MASS + j) * (s.vn[j] + e * speed), zero);
-            impulse = lselect(live, impulse, old);
-            PUT(n, JSL_N_IMPULSE + j, impulse);
-            feel(n, &s, j, impulse - old);
-        }
+        for (int j = 0; j < 4; j++) impulse[j] = GET(n, JSL_N_IMPULSE + j);
+        for (int sweep = 0; sweep < BOUNCE_SWEEPS; sweep++)
+            for (int j = 0; j < 4; j++) {
+                wreal speed = GET(r, JSL_R_SPEED + j), old = impulse[j];
+                wmask live =
+                    wgt(threshold, speed) & wgt(GET(r, JSL_R_MOST + j), zero) & wgt(e, zero);
+                wreal next = lmax(old - GET(n, JSL_N_MASS + j) * (s.vn[j] + e * speed), zero);
+                impulse[j] = lselect(live, next, old);
+                feel_all(n, &s, j, impulse[j] - old);
+            }
+        for (int j = 0; j < 4; j++) PUT(n, JSL_N_IMPULSE + j, impulse[j]);
         PUT(f, JSL_F_SUM, GET(f, JSL_F_SUM) + s.pn);
         apply(&pass->bodies, ia, ib, &s.A, &s.B, lscale(s.pn, s.nr),
               lmsub(lscale(s.lx, s.t2), s.ly, s.t1), s.arm_a, s.arm_b, wall);
@@ -433,6 +464,7 @@ void JSL_KERNEL(jsl_rigid_store)(const jsl_rigid_pass *pass, int64_t begin, int6
         const jsl_real *n = PART(pass->blocks.normal, JSL_N, lane),
                        *f = PART(pass->blocks.friction, JSL_F, lane);
         const int32_t *contact = pass->blocks.contact + lane;
+        fetch_ahead(pass, lane + JSL_LANES, end, JSL_GEO_TANGENT);
         lvec nr = GET3(n, JSL_N_NORMAL), t1 = GET3(n, JSL_N_TANGENT), t2 = lcross(t1, nr);
         lvec tangent = lmadd(lscale(GET(f, JSL_F_TANGENT), t1), GET(f, JSL_F_TANGENT + 1), t2);
         lvec rub = lmadd(lscale(GET(f, JSL_F_SUM + 1), t1), GET(f, JSL_F_SUM + 2), t2);

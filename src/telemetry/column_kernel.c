@@ -11,21 +11,40 @@ typedef uint16_t u16_at __attribute__((aligned(1), may_alias));
 /* Order of floats as order of integers: negative numbers have their magnitude bits flipped. */
 JSL_INLINE int32_t key_of(int32_t bits) { return bits ^ (bits >> 31 & 0x7fffffff); }
 
-void JSL_KERNEL(jsl_kernel_range)(const float *x, int64_t n, float *lo, float *hi) {
-    int32_t least = INT32_MAX, most = INT32_MIN;
-    for (int64_t i = 0; i < n; i++) {
-        int32_t bits;
-        memcpy(&bits, &x[i], 4);
-        bool finite = (bits & 0x7fffffff) < 0x7f000000; /* |x| < 2^127: the span is finite too */
-        int32_t key = key_of(bits), low = finite ? key : INT32_MAX, high = finite ? key : INT32_MIN;
-        least = low < least ? low : least;
-        most = high > most ? high : most;
+/* Keys of n <= RANGE_LANES numbers into as many running extremes: lane by lane, so that the
+ * compiler makes vectors of it. Left out are those of 2^127 and more: the span of the others is
+ * finite. */
+#define RANGE_LANES 32
+JSL_INLINE void range_lanes(const float *x, int n, int32_t *least, int32_t *most) {
+    int32_t bits[RANGE_LANES];
+    memcpy(bits, x, (size_t)n * 4);
+    for (int j = 0; j < n; j++) {
+        int32_t skip = -((bits[j] & 0x7fffffff) >= 0x7f000000), key = key_of(bits[j]);
+        int32_t low = (key & ~skip) | (INT32_MAX & skip), high = (key & ~skip) | (INT32_MIN & skip);
+        least[j] = low < least[j] ? low : least[j];
+        most[j] = high > most[j] ? high : most[j];
     }
-    if (least > most) least = most = 0;
-    least = key_of(least);
-    most = key_of(most);
-    memcpy(lo, &least, 4);
-    memcpy(hi, &most, 4);
+}
+
+void JSL_KERNEL(jsl_kernel_range)(const float *x, int64_t n, float *lo, float *hi) {
+    int32_t least[RANGE_LANES], most[RANGE_LANES];
+    for (int j = 0; j < RANGE_LANES; j++) {
+        least[j] = INT32_MAX;
+        most[j] = INT32_MIN;
+    }
+    int64_t i = 0;
+    for (; i + RANGE_LANES <= n; i += RANGE_LANES) range_lanes(x + i, RANGE_LANES, least, most);
+    range_lanes(x + i, (int)(n - i), least, most);
+    int32_t low = INT32_MAX, high = INT32_MIN;
+    for (int j = 0; j < RANGE_LANES; j++) {
+        low = least[j] < low ? least[j] : low;
+        high = most[j] > high ? most[j] : high;
+    }
+    if (low > high) low = high = 0;
+    low = key_of(low);
+    high = key_of(high);
+    memcpy(lo, &low, 4);
+    memcpy(hi, &high, 4);
 }
 
 /* Normal numbers: add half of what is cut off (ties to even) and re-bias the exponent. Below 2^-14

@@ -68,7 +68,19 @@ static bool has_route(const char *url) {
     return ok;
 }
 
+/* liblcm prints when it does not know a provider, so it is asked for those that it has only. */
+static bool known_provider(const char *url) {
+    static const char *const provider[] = {"udpm://", "mpudpm://", "tcpq://", "memq://", "file://"};
+    if (!url || !url[0]) return true;
+    for (int i = 0; i < JSL_COUNT(provider); i++)
+        if (strncmp(url, provider[i], strlen(provider[i])) == 0) return true;
+    return false;
+}
+
 jsl_result jsl_lcm_open(const char *url, const jsl_logger *logger, struct _lcm_t **out) {
+    if (!known_provider(url))
+        return jsl_fail(logger, JSL_ERR_UNSUPPORTED,
+                        "LCM '%s': must begin with udpm://, tcpq:// or memq://", url);
     if (!has_route(url))
         return jsl_fail(logger, JSL_ERR_UNSUPPORTED,
                         "LCM '%s': no route for multicast; as root: 'ip link set lo multicast on' "

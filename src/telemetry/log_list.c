@@ -233,13 +233,15 @@ static void count_channel(jsl_log_info *info, const jsl_log_event *e) {
 static void read_stats(jsl_log_file *log, const jsl_log_event *e, jsl_log_info *info) {
     jsl_msg_stats m;
     if (jsl_message_decode(JSL_LCM_STATS, e->data, e->size, &log->arena, &m) == JSL_OK) {
-        info->frames_offered = info->frames_dropped = 0;
+        uint64_t offered = 0, dropped = 0; /* unsigned: a damaged message may hold anything */
         for (int32_t i = 0; i < m.n; i++)
             for (int k = 0; k < JSL_FRAME_KINDS; k++)
                 if (strcmp(m.channel[i], jsl_bulk_channel((jsl_bulk)k)) == 0) {
-                    info->frames_offered += m.frames_offered[i];
-                    info->frames_dropped += m.frames_dropped_queue[i];
+                    offered += (uint64_t)m.frames_offered[i];
+                    dropped += (uint64_t)m.frames_dropped_queue[i];
                 }
+        info->frames_offered = (int64_t)offered;
+        info->frames_dropped = (int64_t)dropped;
     }
     jsl_arena_reset(&log->arena);
 }

@@ -211,7 +211,7 @@ static void a_flock_splits_round_a_pillar(void **state) {
         (jsl_pose){{0, 0, 0}, jsl_quat_identity()}, jsl_v3(0, 0, 0));
     int left = 0, right = 0;
     bool crossed[80] = {false};
-    for (int i = 0; i < 60 * 10; i++) {
+    for (int i = 0; i < 60 * 20; i++) {
         flock_stage_step(&s, JSL_R(1.0 / 60));
         for (int k = 0; k < 80; k++) {
             const jsl_vec3 p = flock_stage_see(&s, boid[k]).p;

@@ -129,6 +129,34 @@ static void a_ball_leaves_the_plane_with_e_times_its_speed(void **state) {
     }
 }
 
+static void a_box_that_lands_flat_leaves_flat(void **state) {
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        rigid_scene s;
+        scene_open(&s, 1);
+        jsl_real e = JSL_R(0.5) * (jsl_real)k;
+        s.restitution[1] = e;
+        scene_body(&s, &(jsl_body_desc){
+                           .shape = scene_plane(&s), .material = {1}, .kind = JSL_BODY_STATIC});
+        jsl_body b =
+            scene_body(&s, &(jsl_body_desc){.shape = scene_box(&s, 1, JSL_R(0.5), JSL_R(0.25)),
+                                            .material = {1},
+                                            .position = {0, 0, JSL_R(0.5)},
+                                            .velocity = {0, 0, -1}});
+        scene_steps(&s, 40);
+        jsl_body_state now = scene_get(&s, b);
+        /* All four corners: e exactly, but for the 12 sweeps over a manifold's points. Without
+         * bounce what is left is that of the last sub-step's single sweep, which stops the corners
+         * one after the other. */
+        double loose = k == 0 ? 0.05 : 2e-3;
+        if (!(fabs((double)now.velocity.z - (double)e) < loose))
+            fail_msg("e = %g: left with %g", (double)e, (double)now.velocity.z);
+        if (!((double)jsl_length(now.spin) < loose))
+            fail_msg("e = %g: spins at %g", (double)e, (double)jsl_length(now.spin));
+        scene_close(&s);
+    }
+}
+
 static void a_box_at_rest_does_not_drift(void **state) {
     (void)state;
     rigid_scene s;
@@ -226,10 +254,10 @@ static void a_ball_on_an_incline_rolls_or_slips_as_it_should(void **state) {
     /* Rolls: a = 5/7 g sin 30; slips with mu = .1: a = g (sin - mu cos), w r = 5/2 mu g cos t. */
     jsl_body_state rolls = slide(0.4, JSL_R(0.3), JSL_SHAPE_SPHERE, 60),
                    slips = slide(0.4, JSL_R(0.1), JSL_SHAPE_SPHERE, 60);
-    assert_true(fabs((double)jsl_length(rolls.velocity) - 3.50357142857143) < 0.02);
-    assert_true(fabs((double)jsl_length(rolls.spin) * 0.5 - 3.50357142857143) < 0.02);
-    assert_true(fabs((double)jsl_length(slips.velocity) - 4.05542907888747) < 0.03);
-    assert_true(fabs((double)jsl_length(slips.spin) * 0.5 - 2.12392730278134) < 0.03);
+    assert_true(fabs((double)jsl_length(rolls.velocity) - 3.50357142857143) < 1e-3);
+    assert_true(fabs((double)jsl_length(rolls.spin) * 0.5 - 3.50357142857143) < 1e-3);
+    assert_true(fabs((double)jsl_length(slips.velocity) - 4.05542907888747) < 2e-3);
+    assert_true(fabs((double)jsl_length(slips.spin) * 0.5 - 2.12392730278134) < 2e-3);
 }
 
 static void a_billiard_ball_ends_up_rolling_at_five_sevenths(void **state) {
@@ -337,6 +365,7 @@ int main(void) {
         cmocka_unit_test(head_on_spheres_part_as_the_closed_form_says),
         cmocka_unit_test(an_oblique_frictionless_impact_has_the_lectures_impulse),
         cmocka_unit_test(a_ball_leaves_the_plane_with_e_times_its_speed),
+        cmocka_unit_test(a_box_that_lands_flat_leaves_flat),
         cmocka_unit_test(a_box_at_rest_does_not_drift),
         cmocka_unit_test(a_stack_of_ten_boxes_stands),
         cmocka_unit_test(friction_is_the_same_in_twelve_directions),

@@ -45,7 +45,7 @@ static void a_full_disk_ends_the_log_and_not_the_simulation(void **state) {
     char dir[256], path[300];
     log_temp_path(dir);
     assert_int_equal(mkdir(dir, 0700), 0);
-    if (mount("tmpfs", dir, "tmpfs", 0, "size=1024k") != 0) {
+    if (mount("tmpfs", dir, "tmpfs", 0, "size=4096k") != 0) {
         int why = errno;
         rmdir(dir);
         print_message("skipped: a small tmpfs cannot be mounted: %s\n", strerror(why));

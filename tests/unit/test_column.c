@@ -4,6 +4,8 @@
 #include "telemetry/column.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* The value of a half by its definition: sign, 5 bits of exponent, 10 of mantissa. */
@@ -139,6 +141,45 @@ static void columns_may_begin_at_any_byte(void **state) {
         }
 }
 
+/* JSL_ISA picks the level; a level that this CPU lacks resolves to one it has. */
+static void every_instruction_set_gives_the_same_bytes(void **state) {
+    (void)state;
+    const char *old = getenv("JSL_ISA");
+    char keep[32] = "";
+    if (old) snprintf(keep, sizeof keep, "%s", old);
+    float x[777], lo, hi, lo0 = 0, hi0 = 0;
+    static float back[777], back0[777];
+    static uint8_t f16[2 * 777], u16[2 * 777], f16_0[2 * 777], u16_0[2 * 777];
+    uint64_t seed = 12;
+    for (int i = 0; i < 777; i++) {
+        uint32_t bits = (uint32_t)test_random(&seed); /* all of float, NaN and infinities too */
+        memcpy(&x[i], &bits, 4);
+        if (i % 3) x[i] = (float)test_uniform(&seed, -3, 3);
+    }
+    for (int isa = JSL_ISA_SCALAR; isa < JSL_ISA_COUNT; isa++) {
+        setenv("JSL_ISA", jsl_isa_text((jsl_isa)isa), 1);
+        jsl_column_range(x, 777, &lo, &hi);
+        jsl_column_encode(JSL_ENC_F16, x, 777, 0, 0, f16);
+        jsl_column_encode(JSL_ENC_U16Q, x, 777, -2, 5.0f / 65535, u16);
+        jsl_column_decode(JSL_ENC_F16, f16, 777, 0, 0, back);
+        if (isa == JSL_ISA_SCALAR) {
+            lo0 = lo;
+            hi0 = hi;
+            memcpy(f16_0, f16, sizeof f16);
+            memcpy(u16_0, u16, sizeof u16);
+            memcpy(back0, back, sizeof back);
+        }
+        assert_true(lo == lo0 && hi == hi0);
+        assert_memory_equal(f16, f16_0, sizeof f16);
+        assert_memory_equal(u16, u16_0, sizeof u16);
+        assert_memory_equal(back, back0, sizeof back);
+    }
+    if (old)
+        setenv("JSL_ISA", keep, 1);
+    else
+        unsetenv("JSL_ISA");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_half_decodes_to_its_definition),
@@ -147,6 +188,7 @@ int main(void) {
         cmocka_unit_test(what_is_not_finite_is_clamped_and_spares_the_others),
         cmocka_unit_test(the_range_is_the_smallest_and_largest_at_every_length),
         cmocka_unit_test(columns_may_begin_at_any_byte),
+        cmocka_unit_test(every_instruction_set_gives_the_same_bytes),
     };
     return cmocka_run_group_tests_name("column", tests, NULL, NULL);
 }

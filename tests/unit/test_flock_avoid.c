@@ -14,9 +14,11 @@
 #endif
 
 static jsl_vec3 any(uint64_t *seed, double half) {
-    return jsl_v3((jsl_real)test_uniform(seed, -half, half),
-                  (jsl_real)test_uniform(seed, -half, half),
-                  (jsl_real)test_uniform(seed, -half, half));
+    jsl_vec3 v;
+    v.x = (jsl_real)test_uniform(seed, -half, half);
+    v.y = (jsl_real)test_uniform(seed, -half, half);
+    v.z = (jsl_real)test_uniform(seed, -half, half);
+    return v;
 }
 
 static void b_is_on_the_sphere_and_the_tangent_touches_there(void **state) {

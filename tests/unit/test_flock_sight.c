@@ -58,9 +58,10 @@ static jsl_vec3 code(uint64_t *seed) {
 }
 
 static jsl_vec3 at(uint64_t *seed, jsl_vec3 centre, double half) {
-    return jsl_v3((jsl_real)((double)centre.x + test_uniform(seed, -half, half)),
-                  (jsl_real)((double)centre.y + test_uniform(seed, -half, half)),
-                  (jsl_real)((double)centre.z + test_uniform(seed, -half, half)));
+    const double x = test_uniform(seed, -half, half), y = test_uniform(seed, -half, half);
+    const double z = test_uniform(seed, -half, half);
+    return jsl_v3((jsl_real)((double)centre.x + x), (jsl_real)((double)centre.y + y),
+                  (jsl_real)((double)centre.z + z));
 }
 
 /* Lets the room look at the swarm through the probe, and compares with all pairs. Returns the

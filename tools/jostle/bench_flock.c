@@ -235,32 +235,20 @@ static jsl_vec3 ours_read(const ours *o, int i, const char *name, int first) {
 /* -- Measuring
  * ----------------------------------------------------------------------------------------- */
 
-/* Best of several steps, in ns per boid: other work on the machine only ever adds. */
-static double time_ours(ours *o, int steps, int group) {
-    double best = 1e30;
-    for (int i = 0; i < 4 * group; i++)
+/* One step (or `group` of them) of ours, in ns per boid and step; negative when it failed. */
+static double time_ours(ours *o, int group) {
+    const double t = jsl_seconds();
+    for (int k = 0; k < group; k++)
         if (!ours_step(o)) return -1;
-    for (int i = 0; i < steps; i++) {
-        const double t = jsl_seconds();
-        for (int k = 0; k < group; k++)
-            if (!ours_step(o)) return -1;
-        const double now = (jsl_seconds() - t) / group;
-        if (now < best) best = now;
-    }
-    return best * 1e9 / o->n;
+    return (jsl_seconds() - t) * 1e9 / group / o->n;
 }
 
-static double time_plain(plain *p, int steps) {
-    double best = 1e30;
-    for (int i = 0; i < steps; i++) {
-        const double t = jsl_seconds();
-        plain_sort(p);
-        for (int k = 0; k < p->n; k++) plain_force(p, k);
-        plain_move(p);
-        const double now = jsl_seconds() - t;
-        if (now < best) best = now;
-    }
-    return best * 1e9 / p->n;
+static double time_plain(plain *p) {
+    const double t = jsl_seconds();
+    plain_sort(p);
+    for (int k = 0; k < p->n; k++) plain_force(p, k);
+    plain_move(p);
+    return (jsl_seconds() - t) * 1e9 / p->n;
 }
 
 /* The plain implementation started from the same state. */
@@ -318,34 +306,60 @@ static double stagger_error(int n, double half, int period) {
     return sum < 0 ? sum : sqrt(sum / n);
 }
 
+/* Contestants of one size: decisions every step on one and two threads, every 2nd and 4th on one.
+ */
+enum { ONE, TWO, HALF, QUARTER, CONTESTANTS };
+
+/* Best of several rounds: other work on the machine only ever adds. Contestants take turns, so that
+ * it adds to all alike. */
+static bool race(ours all[CONTESTANTS], plain *p, int rounds, double best[CONTESTANTS],
+                 double *scalar) {
+    static const int group[CONTESTANTS] = {1, 1, 2, 4};
+    *scalar = 1e30;
+    for (int k = 0; k < CONTESTANTS; k++) {
+        best[k] = 1e30;
+        for (int i = 0; i < 2 * group[k]; i++)
+            if (!ours_step(&all[k])) return false;
+    }
+    for (int i = 0; i < rounds; i++) {
+        for (int k = 0; k < CONTESTANTS; k++) {
+            const double now = time_ours(&all[k], group[k]);
+            if (now < 0) return false;
+            if (now < best[k]) best[k] = now;
+        }
+        if (i % 3) continue;
+        const double now = time_plain(p);
+        if (now < *scalar) *scalar = now;
+    }
+    return true;
+}
+
 static int bench_size(jsl_bench_emit *emit, int n, int neighbours) {
     const double half = 4.5 * cbrt(n * 4.18879 / neighbours);
-    const int steps = n >= 1000000 ? 4 : n >= 100000 ? 12 : 60;
-    char name[64];
-    ours o = {0};
+    const int rounds = n >= 1000000 ? 4 : n >= 100000 ? 12 : 60;
+    static const int threads[CONTESTANTS] = {1, 2, 1, 1}, period[CONTESTANTS] = {1, 1, 2, 4};
+    ours all[CONTESTANTS];
+    memset(all, 0, sizeof all);
     plain p = {0};
-    double scalar = -1, one = -1;
-    if (ours_open(&o, n, half, 1, 1) && plain_of(&p, &o, half))
-        scalar = time_plain(&p, n >= 1000000 ? 2 : n >= 100000 ? 4 : 15);
+    double best[CONTESTANTS], scalar;
+    bool fine = true;
+    for (int k = 0; k < CONTESTANTS && fine; k++)
+        fine = ours_open(&all[k], n, half, threads[k], period[k]);
+    fine = fine && plain_of(&p, &all[ONE], half) && race(all, &p, rounds, best, &scalar);
     plain_free(&p);
-    ours_close(&o);
-    for (int threads = 1; threads <= 2; threads++) {
-        ours t = {0};
-        double ns = ours_open(&t, n, half, threads, 1) ? time_ours(&t, steps, 1) : -1;
-        ours_close(&t);
-        if (ns < 0 || scalar < 0) return 1;
-        snprintf(name, sizeof name, "step, %d neighbours", neighbours);
-        emit(name, n, threads, ns, "ns/boid/step", "plain scalar grid, 1 thread", scalar);
-        if (threads == 1) one = ns;
-    }
-    for (int period = 2; period <= 4 && n == 100000; period *= 2) {
-        ours t = {0};
-        double ns =
-            ours_open(&t, n, half, 1, period) ? time_ours(&t, steps / period + 1, period) : -1;
-        ours_close(&t);
-        if (ns < 0) return 1;
-        snprintf(name, sizeof name, "decide every %d steps, %d neighbours", period, neighbours);
-        emit(name, n, 1, ns, "ns/boid/step", "every step", one);
+    for (int k = 0; k < CONTESTANTS; k++) ours_close(&all[k]);
+    if (!fine) return 1;
+    char name[64];
+    for (int k = 0; k < CONTESTANTS; k++) {
+        if (k <= TWO) {
+            snprintf(name, sizeof name, "step, %d neighbours", neighbours);
+            emit(name, n, threads[k], best[k], "ns/boid/step", "plain scalar grid, 1 thread",
+                 scalar);
+        } else {
+            snprintf(name, sizeof name, "decide every %d steps, %d neighbours", period[k],
+                     neighbours);
+            emit(name, n, 1, best[k], "ns/boid/step", "every step", best[ONE]);
+        }
     }
     return 0;
 }

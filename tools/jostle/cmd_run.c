@@ -160,12 +160,13 @@ static json_t *json_of_report(jsl_world *world, const run_report *r, const run_o
         "max_penetration_m", r->max_penetration, "warnings", warnings, "stages_ms", stages);
     if (out && r->publishing)
         json_object_set_new(out, "log",
-                            json_pack("{s:s? s:I s:I s:I s:I s:I}", "path", o->log, "bytes",
+                            json_pack("{s:s? s:I s:I s:I s:I s:I s:I}", "path", o->log, "bytes",
                                       (json_int_t)r->published.log_bytes, "events",
                                       (json_int_t)r->published.log_events, "frames_offered",
                                       (json_int_t)r->published.frames_offered, "frames_sent",
                                       (json_int_t)r->published.frames_sent, "frames_dropped",
-                                      (json_int_t)r->published.frames_dropped));
+                                      (json_int_t)r->published.frames_dropped, "frames_decimated",
+                                      (json_int_t)r->published.frames_decimated));
     return out;
 }
 
