@@ -327,7 +327,7 @@ ROW_LOOP void rest_rows(const jsl_particle_hits *hits, int count, const jsl_part
         jsl_real vn0 = jsl_dot(v, n);
         jsl_real kick = jsl_abs((m.keep - 1) * vn0 + jsl_dot(m.dv, n));
         jsl_real sink = vn0 < 0 ? -vn0 : 0;
-        jsl_lane_int rests = (d0 <= slop) & (e * sink <= kick) ? 1 : 0;
+        jsl_lane_int rests = ((d0 <= slop) & (e * sink <= kick)) ? 1 : 0;
         /* At the contact: on the plane, not into it, braked. */
         x = jsl_mul_add(x, -d0, n);
         jsl_vec3 t0 = jsl_mul_add(v, -vn0, n);
@@ -348,14 +348,14 @@ ROW_LOOP void rest_rows(const jsl_particle_hits *hits, int count, const jsl_part
         /* The way, and back onto the plane. */
         jsl_real brake = mu * push, stop = speed0 * (scale0 > 0 ? scale0 : 0);
         jsl_real part = stop / (brake > 0 ? brake : 1);
-        part = (scale1 > 0) | (part > 1) ? 1 : part;
+        part = ((scale1 > 0) | (part > 1)) ? 1 : part;
         jsl_vec3 way = jsl_mul_add(x, JSL_R(0.5) * h * part, jsl_add(t0, t1));
-        jsl_lane_int glides = (mu > 0) & (vn1 < 0) ? 1 : 0;
+        jsl_lane_int glides = ((mu > 0) & (vn1 < 0)) ? 1 : 0;
         x1.x = glides ? way.x : x1.x;
         x1.y = glides ? way.y : x1.y;
         x1.z = glides ? way.z : x1.z;
         d1 = (jsl_dot(n, x1) - offset) - share * size[i];
-        d1 = glides | (d1 < 0) ? d1 : 0;
+        d1 = (glides | (d1 < 0)) ? d1 : 0;
         x1 = jsl_mul_add(x1, -d1, n);
         ox[i] = x1.x;
         oy[i] = x1.y;
