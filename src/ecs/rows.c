@@ -61,21 +61,21 @@ static void point_slots(jsl_ecs *ecs, const jsl_table *table, int64_t begin, int
 
 /* -- One row ------------------------------------------------------------------ */
 
-static void copy_value(unsigned char *dst, const unsigned char *src, uint32_t bytes) {
-    switch (bytes) { /* constant sizes become single moves */
-    case 1:
-        memcpy(dst, src, 1);
-        break;
-    case 2:
-        memcpy(dst, src, 2);
-        break;
-    case 4:
-        memcpy(dst, src, 4);
-        break;
-    default:
-        memcpy(dst, src, 8);
-        break;
+void jsl_row_move(jsl_ecs *ecs, const jsl_table *src, int64_t row, jsl_table *dst, int64_t to) {
+    jsl_entity e = src->entity[row];
+    dst->entity[to] = e;
+    for (int i = 0; i < dst->column_count; i++) {
+        const jsl_column *c = &dst->column[i];
+        unsigned char *at = c->at + (size_t)to * c->bytes;
+        uint16_t first = src->first[c->component];
+        if (first == JSL_NO_COLUMN)
+            jsl_value_zero(at, c->bytes);
+        else
+            jsl_value_copy(at, src->column[first + c->field].at + (size_t)row * c->bytes, c->bytes);
     }
+    jsl_slot *slot = &ecs->slots.at[e.index - 1];
+    slot->table = dst->id;
+    slot->row = (uint32_t)to;
 }
 
 void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
@@ -93,7 +93,8 @@ void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
         table->entity[row] = table->entity[last];
         for (int i = 0; i < table->column_count; i++) {
             const jsl_column *c = &table->column[i];
-            copy_value(c->at + (size_t)row * c->bytes, c->at + (size_t)last * c->bytes, c->bytes);
+            jsl_value_copy(c->at + (size_t)row * c->bytes, c->at + (size_t)last * c->bytes,
+                           c->bytes);
         }
         ecs->slots.at[table->entity[row].index - 1].row = (uint32_t)row;
     }

@@ -3,11 +3,6 @@
  */
 #include "ecs/store.h"
 
-jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more) {
-    int64_t fresh = more - ecs->slots.free_count;
-    return fresh > 0 ? jsl_slots_reserve_total(ecs, ecs->slots.count + fresh) : JSL_OK;
-}
-
 jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need) {
     jsl_slots *s = &ecs->slots;
     if (need <= s->cap) return JSL_OK;
