@@ -9,7 +9,7 @@ jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need) {
     if (need > JSL_MAX_SLOTS)
         return jsl_fail(&ecs->logger, JSL_ERR_LIMIT, "%lld slots exceed the limit of %lld",
                         (long long)need, JSL_MAX_SLOTS);
-    int64_t cap = s->cap + s->cap / 2;
+    int64_t cap = s->cap * 2;
     if (cap < need) cap = need;
     cap = jsl_round_up(cap, 16);
     jsl_slot *at = jsl_alloc(&ecs->memory, (size_t)cap * sizeof *at);

@@ -64,7 +64,7 @@ jsl_result jsl_table_grow(jsl_ecs *ecs, jsl_table *table, int64_t rows) {
     if (rows > JSL_MAX_ROWS)
         return jsl_fail(&ecs->logger, JSL_ERR_LIMIT, "a table of %lld rows exceeds %lld",
                         (long long)rows, JSL_MAX_ROWS);
-    int64_t cap = table->cap + table->cap / 2;
+    int64_t cap = table->cap * 2;
     if (cap < rows) cap = rows;
     cap = jsl_round_up(cap, JSL_LANES);
     if (cap > JSL_MAX_ROWS) cap = JSL_MAX_ROWS;
