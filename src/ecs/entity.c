@@ -220,7 +220,7 @@ jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn 
         jsl_rows rows;
         jsl_table *table = plan->match.at[i].table;
         if (table->count == 0) continue;
-        jsl_query_view(plan, table, 0, table->count, &rows);
+        jsl_query_view(plan, &plan->match.at[i], 0, table->count, &rows);
         fn(&rows, dead, arg);
         dead += jsl_round_up(table->count, JSL_ALIGN);
     }

@@ -59,15 +59,16 @@ typedef struct jsl_column {
 } jsl_column;
 
 typedef struct jsl_table {
+    /* What iterating reads comes first, in one cache line. */
     uint64_t mask;
     jsl_entity *entity; /* the start of block; columns follow */
     int64_t count, cap; /* cap: multiple of 16 */
+    uint32_t id;
+    int column_count;
     unsigned char *block;
     size_t block_bytes;
     unsigned char *spare; /* of block_bytes, or null; see jsl_table_reorder */
     uint64_t revision;
-    uint32_t id;
-    int column_count;
     int row_bytes; /* of the columns, without the handle */
     bool keeps_order;
     struct jsl_table *change_to; /* where its last changed entity went; most go the same way */
@@ -89,6 +90,8 @@ typedef struct jsl_table {
 
 typedef struct jsl_match {
     jsl_table *table;
+    uint16_t first[JSL_MAX_TERMS]; /* of the table's columns, for each term, or JSL_NO_COLUMN */
+    uint16_t present;              /* bit t: it has the component of term t */
     int64_t first_block; /* scratch of the schedule: blocks of the tables before this one */
 } jsl_match;
 
@@ -324,7 +327,8 @@ void jsl_touched_close(jsl_ecs *ecs);
 
 /* query.c */
 jsl_query_plan *jsl_query_at(const jsl_ecs *ecs, jsl_query query);
-void jsl_query_view(const jsl_query_plan *plan, jsl_table *table, int64_t row, int64_t count,
+/* Rows [row, row + count) of a table that has rows. */
+void jsl_query_view(const jsl_query_plan *plan, const jsl_match *match, int64_t row, int64_t count,
                     jsl_rows *rows);
 static inline bool jsl_query_matches(const jsl_query_plan *plan, uint64_t mask) {
     return (mask & plan->required) == plan->required && (mask & plan->excluded) == 0;
