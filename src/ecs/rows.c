@@ -211,8 +211,6 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
         begin = from[0];
         from = NULL;
     }
-    copy_column((unsigned char *)dst->entity, to, (const unsigned char *)src->entity, from, begin,
-                n, sizeof(jsl_entity));
     for (int i = 0; i < dst->column_count; i++) {
         jsl_column *c = &dst->column[i];
         uint16_t first = src->first[c->component];
@@ -221,7 +219,13 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
         else
             copy_column(c->at, to, src->column[first + c->field].at, from, begin, n, c->bytes);
     }
-    point_slots(ecs, dst, to, n);
+    /* Piece by piece: the slots are found by handles that were written just now. */
+    for (int64_t i = 0, piece; i < n; i += piece) {
+        piece = n - i < BATCH ? n - i : BATCH;
+        copy_column((unsigned char *)dst->entity, to + i, (const unsigned char *)src->entity,
+                    from ? from + i : NULL, begin + i, piece, sizeof(jsl_entity));
+        point_slots(ecs, dst, to + i, piece);
+    }
 }
 
 /* -- Another order ------------------------------------------------------------ */
