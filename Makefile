@@ -206,6 +206,7 @@ checks: libs ## floors, sizes, globals
 	@tools/check_floors.sh
 	@tools/check_sizes.sh
 	@tools/check_globals.sh $(BUILD)/lib/libjostle.a $(BUILD)/lib/libjostle-f64.a
+	@tools/check_fma.sh $(BUILD)/lib/libjostle.a $(BUILD)/lib/libjostle-f64.a
 
 test: setup ## install what is missing, build, run every test (10 minutes on 2 cores)
 	@$(MAKE) --no-print-directory -j$$(nproc) all test-bins examples

@@ -8,6 +8,7 @@ export BUILD
 logs=$BUILD/test/logs
 rm -rf "$logs"
 mkdir -p "$logs"
+export LSAN_OPTIONS="suppressions=$(pwd)/tests/leaks.supp:print_suppressions=0"
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1} UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
 
 list=$(find "$BUILD/test/f32" "$BUILD/test/f64" -type f -name 'test_*' -perm -u+x 2>/dev/null | sort)
@@ -51,8 +52,10 @@ for check in $checks; do
     echo "$out"
 done
 if [ $# -eq 0 ] && [ -f "$BUILD/lib/libjostle.a" ]; then
-    if out=$(tools/check_globals.sh "$BUILD/lib/libjostle.a" "$BUILD/lib/libjostle-f64.a" 2>&1); then echo "1 0 0"; else echo "0 1 0"; fi >"$logs/globals.log.count"
-    echo "$out"
+    for check in check_globals check_fma; do
+        if out=$(tools/$check.sh "$BUILD/lib/libjostle.a" "$BUILD/lib/libjostle-f64.a" 2>&1); then echo "1 0 0"; else echo "0 1 0"; fi >"$logs/$check.log.count"
+        echo "$out"
+    done
 fi
 printf '%s\n' "$list" | grep . | xargs -P "$(nproc)" -I{} bash -c 'run_one {}'
 # Scripts use the network namespace, the build folder and the command: one after the other.

@@ -12,12 +12,15 @@ static uint64_t mask_after(uint64_t mask, uint64_t add, uint64_t remove) {
 /* -- One entity --------------------------------------------------------------- */
 
 jsl_result jsl_entity_change(jsl_ecs *ecs, jsl_slot *slot, uint64_t mask, bool sweep_later) {
-    jsl_table *src = jsl_table_at(ecs, slot->table), *dst;
+    jsl_table *src = jsl_table_at(ecs, slot->table), *dst = src->change_to;
     if (src->mask == mask) return JSL_OK;
-    JSL_TRY(jsl_table_find(ecs, mask, &dst));
+    if (!dst || dst->mask != mask) {
+        JSL_TRY(jsl_table_find(ecs, mask, &dst));
+        src->change_to = dst;
+    }
     JSL_TRY(jsl_table_reserve(ecs, dst, dst->count + 1));
-    int64_t row = slot->row, to = jsl_table_append(ecs, dst, 1);
-    jsl_rows_move(ecs, src, NULL, row, dst, to, 1);
+    int64_t row = slot->row;
+    jsl_row_move(ecs, src, row, dst, jsl_table_extend(ecs, dst, 1));
     if (sweep_later && src->keeps_order) {
         jsl_table_touch(ecs, src);
         jsl_row_hole(src, row);
@@ -121,7 +124,7 @@ static void move_marked(jsl_ecs *ecs, const jsl_entity *entity, int64_t count) {
         if (!src->dense) {
             int64_t row = slot->row, to = src->target->count;
             jsl_table_set_count(ecs, src->target, to + 1);
-            jsl_rows_move(ecs, src, NULL, row, src->target, to, 1);
+            jsl_row_move(ecs, src, row, src->target, to);
             jsl_row_remove(ecs, src, row);
             continue;
         }

@@ -142,7 +142,7 @@ static jsl_result apply_create(jsl_ecs *ecs, const uint64_t *at) {
     JSL_TRY(jsl_table_reserve(ecs, table, table->count + 1));
     JSL_TRY(jsl_slots_reserve(ecs, 1));
     int64_t row = jsl_table_append(ecs, table, 1);
-    jsl_slots_take(ecs, table, row, 1, table->entity + row, NULL);
+    table->entity[row] = jsl_slot_take(ecs, table, row);
     const unsigned char *component = (const unsigned char *)(at + HEAD_WORDS);
     const unsigned char *value = component + words(set_count) * 8;
     for (int i = 0; i < set_count; i++) {

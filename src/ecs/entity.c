@@ -37,7 +37,7 @@ static void view_set(const jsl_ecs *ecs, const jsl_table *table, const jsl_compo
     }
 }
 
-/* Makes room for count more entities of that set. */
+/* Finds their table and makes room for count more entities of that set. */
 static jsl_result reserve_set(jsl_ecs *ecs, uint64_t mask, int64_t count, jsl_table **table) {
     if (count < 0)
         return jsl_fail(&ecs->logger, JSL_ERR_ARGUMENT, "%lld entities", (long long)count);
@@ -69,7 +69,16 @@ jsl_result jsl_entity_create_n(jsl_ecs *ecs, const jsl_component *set, int set_c
 
 jsl_result jsl_entity_create(jsl_ecs *ecs, const jsl_component *set, int set_count,
                              jsl_entity *out) {
-    return jsl_entity_create_n(ecs, set, set_count, 1, out, NULL);
+    uint64_t mask;
+    jsl_table *table;
+    if (!ecs) return JSL_ERR_ARGUMENT;
+    JSL_TRY(jsl_refuse_busy(ecs, "jsl_entity_create"));
+    JSL_TRY(jsl_set_mask(ecs, set, set_count, &mask));
+    JSL_TRY(reserve_set(ecs, mask, 1, &table));
+    int64_t row = jsl_table_append(ecs, table, 1);
+    table->entity[row] = jsl_slot_take(ecs, table, row);
+    if (out) *out = table->entity[row];
+    return JSL_OK;
 }
 
 jsl_result jsl_entity_reserve(jsl_ecs *ecs, const jsl_component *set, int set_count,
@@ -211,7 +220,7 @@ jsl_result jsl_entity_destroy_where(jsl_ecs *ecs, jsl_query query, jsl_where_fn 
         jsl_rows rows;
         jsl_table *table = plan->match.at[i].table;
         if (table->count == 0) continue;
-        jsl_query_view(plan, table, 0, table->count, &rows);
+        jsl_query_view(plan, &plan->match.at[i], 0, table->count, &rows);
         fn(&rows, dead, arg);
         dead += jsl_round_up(table->count, JSL_ALIGN);
     }

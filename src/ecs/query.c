@@ -3,6 +3,8 @@
  */
 #include "ecs/store.h"
 
+#define FETCH_BYTES 128
+
 /* -- Making ------------------------------------------------------------------- */
 
 static jsl_result plan_terms(const jsl_ecs *ecs, const jsl_query_desc *desc, jsl_query_plan *plan) {
@@ -57,7 +59,12 @@ static void insert_match(jsl_query_plan *plan, jsl_table *table) {
     int64_t at = plan->match.count++;
     for (; at > 0 && plan->match.at[at - 1].table->mask > table->mask; at--)
         plan->match.at[at] = plan->match.at[at - 1];
-    plan->match.at[at] = (jsl_match){table, 0};
+    jsl_match *match = &plan->match.at[at];
+    *match = (jsl_match){.table = table};
+    for (int t = 0; t < plan->term_count; t++) {
+        match->first[t] = table->first[plan->component[t]];
+        match->present |= (uint16_t)((table->mask >> plan->component[t] & 1) << t);
+    }
     plan->nonempty += table->count > 0;
 }
 
@@ -147,18 +154,49 @@ int jsl_view_component(const jsl_table *table, int component, int fields, int64_
     return at;
 }
 
-void jsl_query_view(const jsl_query_plan *plan, jsl_table *table, int64_t row, int64_t count,
+void jsl_query_view(const jsl_query_plan *plan, const jsl_match *match, int64_t row, int64_t count,
                     jsl_rows *rows) {
+    jsl_table *table = match->table;
     rows->count = count;
     rows->begin = row;
     rows->table = table->id;
-    rows->present = 0;
+    rows->present = match->present;
     rows->entity = table->entity + row;
     memcpy(rows->first, plan->first, sizeof rows->first);
-    int at = 0;
+    void **to = rows->column;
     for (int t = 0; t < plan->term_count; t++) {
-        rows->present |= (table->mask >> plan->component[t] & 1) << t;
-        at = jsl_view_component(table, plan->component[t], plan->fields[t], row, at, rows);
+        int fields = plan->fields[t];
+        const jsl_column *c = &table->column[match->first[t]];
+        if (match->first[t] == JSL_NO_COLUMN)
+            for (int f = 0; f < fields; f++) *to++ = NULL;
+        else
+            for (int f = 0; f < fields; f++, c++) *to++ = c->at + (size_t)row * c->bytes;
+    }
+}
+
+/* The start of a column, as far as the processor would not follow it by itself soon enough. */
+static void fetch_column(const jsl_column *column, int64_t rows) {
+    size_t bytes = (size_t)rows * column->bytes;
+    if (bytes > FETCH_BYTES) bytes = FETCH_BYTES;
+    for (size_t i = 0; i < bytes; i += JSL_ALIGN) __builtin_prefetch(column->at + i);
+}
+
+/* Small tables lie anywhere, and each is done before the next one has arrived: so what its first
+ * rows need is asked for early, the places of columns two tables ahead, the columns one. */
+static void fetch_ahead(const jsl_query_plan *plan, int64_t at) {
+    if (at + 2 < plan->match.count) {
+        const jsl_match *match = &plan->match.at[at + 2];
+        __builtin_prefetch(match->table);
+        for (int t = 0; t < plan->term_count; t++)
+            if (match->first[t] != JSL_NO_COLUMN)
+                __builtin_prefetch(&match->table->column[match->first[t]]);
+    }
+    if (at + 1 < plan->match.count) {
+        const jsl_match *match = &plan->match.at[at + 1];
+        for (int t = 0; t < plan->term_count; t++)
+            if (match->first[t] != JSL_NO_COLUMN)
+                for (int f = 0; f < plan->fields[t]; f++)
+                    fetch_column(&match->table->column[match->first[t] + f], match->table->count);
     }
 }
 
@@ -170,11 +208,12 @@ bool jsl_query_next(jsl_iter *it, jsl_rows *rows) {
     const jsl_query_plan *plan = jsl_query_at(it->ecs, (jsl_query){it->query});
     if (!plan) return false;
     for (; it->table < plan->match.count; it->table++, it->row = 0) {
-        jsl_table *table = plan->match.at[it->table].table;
-        int64_t left = table->count - it->row;
+        const jsl_match *match = &plan->match.at[it->table];
+        int64_t left = match->table->count - it->row;
         if (left <= 0) continue;
         int64_t n = it->block && it->block < left ? it->block : left;
-        jsl_query_view(plan, table, it->row, n, rows);
+        if (it->row == 0) fetch_ahead(plan, it->table);
+        jsl_query_view(plan, match, it->row, n, rows);
         it->row += n;
         return true;
     }

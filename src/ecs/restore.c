@@ -3,6 +3,7 @@
  * not trusted, whatever their checksum says. Floor 2.
  */
 #include "ecs/image.h"
+#include "ecs/image_kernel.h"
 
 /* -- Reading with bounds ------------------------------------------------------ */
 
@@ -185,20 +186,33 @@ static bool claim_bits(jsl_bitset *seen, uint64_t begin, uint64_t n) {
     return clash == 0;
 }
 
-/* Claims the n slots of a list. Neighbours in the list tend to be neighbours in memory, so runs are
- * claimed at once. */
+/* How many of the n words of a list, from the first on, go up by one each. */
+static inline uint64_t run_length(const image *im, const unsigned char *list, uint64_t n) {
+    if (n < 2 || word_at(list, 1) != word_at(list, 0) + 1) return 1; /* not worth a call */
+    return JSL_KERNEL_PICK(im->ecs->isa, jsl_run_length)(list, n);
+}
+
+/* Claims the n slots of a list. Neighbours in the list are neighbours in memory where nobody has
+ * reordered the rows, so runs are claimed at once. */
 static jsl_result claim_slots(image *im, const unsigned char *list, uint64_t n) {
+    uint64_t slots = im->head.slots, *seen = im->seen.word;
+    const unsigned char *generation = im->generation;
+    bool unused = true, good = true;
     for (uint64_t i = 0, run; i < n; i += run) {
         uint64_t slot = word_at(list, i);
-        uint32_t bad = 0;
-        for (run = 1; i + run < n && word_at(list, i + run) == slot + run;) run++;
-        if (slot + run > im->head.slots || !claim_bits(&im->seen, slot, run))
-            return damaged(im, "a slot is used twice or does not exist");
-        for (uint64_t k = 0; k < run; k++)
-            bad |= word_at(im->generation, slot + k) - 1 >= JSL_GENERATION_MAX;
-        if (bad) return damaged(im, "a generation is wrong");
+        run = run_length(im, list + i * 4, n - i);
+        if (slot + run > slots) return damaged(im, "a slot does not exist");
+        if (run == 1) {
+            unused &= !(seen[slot >> 6] >> (slot & 63) & 1);
+            seen[slot >> 6] |= 1ull << (slot & 63);
+            good &= word_at(generation, slot) - 1 < JSL_GENERATION_MAX;
+        } else {
+            unused &= claim_bits(&im->seen, slot, run);
+            good &= JSL_KERNEL_PICK(im->ecs->isa, jsl_generations_good)(generation + slot * 4, run);
+        }
     }
-    return JSL_OK;
+    if (!unused) return damaged(im, "a slot is used twice");
+    return good ? JSL_OK : damaged(im, "a generation is wrong");
 }
 
 /* Every slot must be a row's, or free, or retired, and only one of these. */
@@ -272,6 +286,26 @@ static void load_entities(const image *im, const jsl_column *c, const unsigned c
         to[i].generation = to[i].index ? (to[i].generation & JSL_GENERATION_MAX) | im->ecs->tag : 0;
 }
 
+/* The slots and handles of the rows of a table. */
+static void load_handles(const image *im, const image_part *part) {
+    jsl_slot *slots = im->ecs->slots.at;
+    jsl_entity *entity = part->table->entity;
+    uint32_t table = part->table->id, tag = im->ecs->tag;
+    for (uint64_t i = 0, run; i < part->rows; i += run) {
+        uint32_t slot = word_at(part->slot, i);
+        run = run_length(im, part->slot + i * 4, part->rows - i);
+        if (run == 1) {
+            uint32_t generation = word_at(im->generation, slot) | tag;
+            slots[slot] = (jsl_slot){table, (uint32_t)i, generation};
+            entity[i] = (jsl_entity){slot + 1, generation};
+        } else {
+            JSL_KERNEL_PICK(im->ecs->isa, jsl_load_run)
+            (slots + slot, entity + i, im->generation + slot * 4ull,
+             (jsl_slot){table, (uint32_t)i, tag}, slot, run);
+        }
+    }
+}
+
 static void load_part(const image *im, const image_part *part) {
     jsl_ecs *ecs = im->ecs;
     jsl_table *table = part->table;
@@ -279,12 +313,7 @@ static void load_part(const image *im, const image_part *part) {
     if (n == 0) return;
     jsl_table_set_count(ecs, table, (int64_t)n);
     jsl_table_zero(table, (int64_t)n, jsl_round_up((int64_t)n, JSL_LANES));
-    for (uint64_t i = 0; i < n; i++) {
-        uint32_t slot = word_at(part->slot, i);
-        uint32_t generation = word_at(im->generation, slot) | ecs->tag;
-        ecs->slots.at[slot] = (jsl_slot){table->id, (uint32_t)i, generation};
-        table->entity[i] = (jsl_entity){slot + 1, generation};
-    }
+    load_handles(im, part);
     reader in = im->in;
     in.at = (size_t)(part->values - in.bytes);
     for (int i = 0; i < part->components; i++) {

@@ -61,21 +61,21 @@ static void point_slots(jsl_ecs *ecs, const jsl_table *table, int64_t begin, int
 
 /* -- One row ------------------------------------------------------------------ */
 
-static void copy_value(unsigned char *dst, const unsigned char *src, uint32_t bytes) {
-    switch (bytes) { /* constant sizes become single moves */
-    case 1:
-        memcpy(dst, src, 1);
-        break;
-    case 2:
-        memcpy(dst, src, 2);
-        break;
-    case 4:
-        memcpy(dst, src, 4);
-        break;
-    default:
-        memcpy(dst, src, 8);
-        break;
+void jsl_row_move(jsl_ecs *ecs, const jsl_table *src, int64_t row, jsl_table *dst, int64_t to) {
+    jsl_entity e = src->entity[row];
+    dst->entity[to] = e;
+    for (int i = 0; i < dst->column_count; i++) {
+        const jsl_column *c = &dst->column[i];
+        unsigned char *at = c->at + (size_t)to * c->bytes;
+        uint16_t first = src->first[c->component];
+        if (first == JSL_NO_COLUMN)
+            jsl_value_zero(at, c->bytes);
+        else
+            jsl_value_copy(at, src->column[first + c->field].at + (size_t)row * c->bytes, c->bytes);
     }
+    jsl_slot *slot = &ecs->slots.at[e.index - 1];
+    slot->table = dst->id;
+    slot->row = (uint32_t)to;
 }
 
 void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
@@ -93,7 +93,8 @@ void jsl_row_remove(jsl_ecs *ecs, jsl_table *table, int64_t row) {
         table->entity[row] = table->entity[last];
         for (int i = 0; i < table->column_count; i++) {
             const jsl_column *c = &table->column[i];
-            copy_value(c->at + (size_t)row * c->bytes, c->at + (size_t)last * c->bytes, c->bytes);
+            jsl_value_copy(c->at + (size_t)row * c->bytes, c->at + (size_t)last * c->bytes,
+                           c->bytes);
         }
         ecs->slots.at[table->entity[row].index - 1].row = (uint32_t)row;
     }
@@ -210,8 +211,6 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
         begin = from[0];
         from = NULL;
     }
-    copy_column((unsigned char *)dst->entity, to, (const unsigned char *)src->entity, from, begin,
-                n, sizeof(jsl_entity));
     for (int i = 0; i < dst->column_count; i++) {
         jsl_column *c = &dst->column[i];
         uint16_t first = src->first[c->component];
@@ -220,7 +219,13 @@ void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int
         else
             copy_column(c->at, to, src->column[first + c->field].at, from, begin, n, c->bytes);
     }
-    point_slots(ecs, dst, to, n);
+    /* Piece by piece: the slots are found by handles that were written just now. */
+    for (int64_t i = 0, piece; i < n; i += piece) {
+        piece = n - i < BATCH ? n - i : BATCH;
+        copy_column((unsigned char *)dst->entity, to + i, (const unsigned char *)src->entity,
+                    from ? from + i : NULL, begin + i, piece, sizeof(jsl_entity));
+        point_slots(ecs, dst, to + i, piece);
+    }
 }
 
 /* -- Another order ------------------------------------------------------------ */

@@ -2,6 +2,7 @@
  * Writing an image of the state. Floor 2.
  */
 #include "ecs/image.h"
+#include "ecs/image_kernel.h"
 
 /* What was copied is summed in pieces of this many bytes, while the caches still hold it. */
 #define PIECE (256 * JSL_SUM_BYTES)
@@ -76,10 +77,9 @@ static void put_slots(writer *w, const jsl_slots *slots) {
         align(w);
         return;
     }
-    for (int64_t i = 0; i < slots->count;) {
-        int64_t n = 0;
-        for (; n < BATCH && i < slots->count; n++, i++)
-            word[n] = slots->at[i].generation & JSL_GENERATION_MAX;
+    for (int64_t i = 0, n; i < slots->count; i += n) {
+        n = slots->count - i < BATCH ? slots->count - i : BATCH;
+        JSL_KERNEL_PICK(w->ecs->isa, jsl_pack_generations)(word, slots->at + i, n);
         put(w, word, (size_t)n * 4);
     }
     align(w);
@@ -92,9 +92,9 @@ static void put_slots(writer *w, const jsl_slots *slots) {
 
 static void put_handles(writer *w, const jsl_entity *entity, int64_t count) {
     uint32_t word[BATCH];
-    for (int64_t i = 0; w->bytes && i < count;) {
-        int64_t n = 0;
-        for (; n < BATCH && i < count; n++, i++) word[n] = entity[i].index - 1;
+    for (int64_t i = 0, n; w->bytes && i < count; i += n) {
+        n = count - i < BATCH ? count - i : BATCH;
+        JSL_KERNEL_PICK(w->ecs->isa, jsl_pack_handles)(word, entity + i, n);
         put(w, word, (size_t)n * 4);
     }
     if (!w->bytes) w->at += (size_t)count * 4;

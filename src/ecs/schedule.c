@@ -68,7 +68,7 @@ static void run_blocks(void *arg, int64_t begin, int64_t end, int64_t unused, in
         int64_t row = (b - m->first_block) * job->system->block;
         int64_t n = m->table->count - row;
         if (n > job->system->block) n = job->system->block;
-        jsl_query_view(job->plan, m->table, row, n, &rows);
+        jsl_query_view(job->plan, m, row, n, &rows);
         worker->context.block = b;
         jsl_commands_begin(&worker->commands, job->index, b);
         job->system->run_rows(&worker->context, &rows, job->system->user);

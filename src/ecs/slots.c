@@ -3,18 +3,13 @@
  */
 #include "ecs/store.h"
 
-jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more) {
-    int64_t fresh = more - ecs->slots.free_count;
-    return fresh > 0 ? jsl_slots_reserve_total(ecs, ecs->slots.count + fresh) : JSL_OK;
-}
-
 jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need) {
     jsl_slots *s = &ecs->slots;
     if (need <= s->cap) return JSL_OK;
     if (need > JSL_MAX_SLOTS)
         return jsl_fail(&ecs->logger, JSL_ERR_LIMIT, "%lld slots exceed the limit of %lld",
                         (long long)need, JSL_MAX_SLOTS);
-    int64_t cap = s->cap + s->cap / 2;
+    int64_t cap = s->cap * 2;
     if (cap < need) cap = need;
     cap = jsl_round_up(cap, 16);
     jsl_slot *at = jsl_alloc(&ecs->memory, (size_t)cap * sizeof *at);
@@ -38,29 +33,39 @@ jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need) {
     return JSL_OK;
 }
 
-void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t count,
-                    jsl_entity *handle, jsl_entity *out) {
+/* Handles written and copied at a time: they stay in the first-level cache. */
+#define PIECE 1024
+
+static void take_piece(jsl_ecs *ecs, uint32_t table, uint32_t row, int64_t count,
+                       jsl_entity *handle) {
     jsl_slots *s = &ecs->slots;
-    int64_t reused = count < s->free_count ? count : s->free_count;
-    uint32_t r = (uint32_t)row, id = table->id;
+    int64_t reused = count < s->free_count ? count : s->free_count, head = s->head;
+    jsl_slot *at = s->at;
     for (int64_t i = 0; i < reused; i++) {
-        uint32_t k = s->ring[s->head];
-        if (++s->head == s->cap) s->head = 0;
-        jsl_slot *slot = &s->at[k];
-        slot->table = id;
-        slot->row = r + (uint32_t)i;
-        handle[i] = (jsl_entity){k + 1, slot->generation};
+        uint32_t k = s->ring[head];
+        if (++head == s->cap) head = 0;
+        at[k].table = table;
+        at[k].row = row + (uint32_t)i;
+        handle[i] = (jsl_entity){k + 1, at[k].generation};
     }
+    s->head = head;
     s->free_count -= reused;
     uint32_t first = (uint32_t)s->count, generation = ecs->tag | 1;
-    jsl_slot *fresh = s->at + first;
-    for (int64_t i = 0; i < count - reused; i++)
-        fresh[i] = (jsl_slot){id, r + (uint32_t)(reused + i), generation};
-    for (int64_t i = 0; i < count - reused; i++)
+    for (int64_t i = 0; i < count - reused; i++) {
+        at[first + i] = (jsl_slot){table, row + (uint32_t)(reused + i), generation};
         handle[reused + i] = (jsl_entity){first + 1 + (uint32_t)i, generation};
+    }
     s->count += count - reused;
     s->live += count;
-    if (out && count) memcpy(out, handle, (size_t)count * sizeof *out);
+}
+
+void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t count,
+                    jsl_entity *handle, jsl_entity *out) {
+    for (int64_t i = 0, n; i < count; i += n) {
+        n = count - i < PIECE ? count - i : PIECE;
+        take_piece(ecs, table->id, (uint32_t)(row + i), n, handle + i);
+        if (out) memcpy(out + i, handle + i, (size_t)n * sizeof *out);
+    }
 }
 
 jsl_result jsl_bad_entity(const jsl_ecs *ecs, jsl_entity e, const char *caller) {

@@ -59,17 +59,19 @@ typedef struct jsl_column {
 } jsl_column;
 
 typedef struct jsl_table {
+    /* What iterating reads comes first, in one cache line. */
     uint64_t mask;
     jsl_entity *entity; /* the start of block; columns follow */
     int64_t count, cap; /* cap: multiple of 16 */
+    uint32_t id;
+    int column_count;
     unsigned char *block;
     size_t block_bytes;
     unsigned char *spare; /* of block_bytes, or null; see jsl_table_reorder */
     uint64_t revision;
-    uint32_t id;
-    int column_count;
     int row_bytes; /* of the columns, without the handle */
     bool keeps_order;
+    struct jsl_table *change_to; /* where its last changed entity went; most go the same way */
     /* Meaningful only inside one public call: */
     bool touched;
     bool empties;     /* all rows leave */
@@ -88,6 +90,8 @@ typedef struct jsl_table {
 
 typedef struct jsl_match {
     jsl_table *table;
+    uint16_t first[JSL_MAX_TERMS]; /* of the table's columns, for each term, or JSL_NO_COLUMN */
+    uint16_t present;              /* bit t: it has the component of term t */
     int64_t first_block; /* scratch of the schedule: blocks of the tables before this one */
 } jsl_match;
 
@@ -167,7 +171,8 @@ struct jsl_ecs {
     JSL_ARRAY(jsl_table *) table;   /* by id */
     JSL_ARRAY(jsl_table *) by_mask; /* in the order of their masks */
     jsl_map table_of_mask;
-    jsl_table *bare; /* the table of the empty set: 0 is no key of a map */
+    jsl_table *bare;       /* the table of the empty set: 0 is no key of a map */
+    jsl_table *last_found; /* the next one asked for is mostly the same; tables live as long */
     jsl_table *touched;
 
     JSL_ARRAY(jsl_query_plan *) query;
@@ -190,13 +195,32 @@ static inline bool jsl_role_is_saved(unsigned role) {
 bool jsl_component_same(const jsl_component_desc *a, const jsl_component_desc *b);
 
 /* slots.c */
-/* Room for `more` new entities, or for so many slots altogether. */
-jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more);
+/* Room for so many slots altogether, or for `more` new entities. */
 jsl_result jsl_slots_reserve_total(jsl_ecs *ecs, int64_t need);
+static inline jsl_result jsl_slots_reserve(jsl_ecs *ecs, int64_t more) {
+    int64_t need = ecs->slots.count + more - ecs->slots.free_count;
+    return need > ecs->slots.cap ? jsl_slots_reserve_total(ecs, need) : JSL_OK;
+}
 /* Takes count slots for rows [row, row + count) of table, writes their handles to handle[] and
  * out[] (may be null). Room must have been reserved. */
 void jsl_slots_take(jsl_ecs *ecs, const jsl_table *table, int64_t row, int64_t count,
                     jsl_entity *handle, jsl_entity *out);
+/* The same for one entity. */
+static inline jsl_entity jsl_slot_take(jsl_ecs *ecs, const jsl_table *table, int64_t row) {
+    jsl_slots *s = &ecs->slots;
+    uint32_t k, generation = ecs->tag | 1;
+    if (s->free_count) {
+        k = s->ring[s->head];
+        if (++s->head == s->cap) s->head = 0;
+        s->free_count--;
+        generation = s->at[k].generation;
+    } else {
+        k = (uint32_t)s->count++;
+    }
+    s->at[k] = (jsl_slot){table->id, (uint32_t)row, generation};
+    s->live++;
+    return (jsl_entity){k + 1, generation};
+}
 /* Frees a live slot. Its handle dies; its row is the caller's business. */
 static inline void jsl_slot_give(jsl_slots *slots, uint32_t index) {
     jsl_slot *slot = &slots->at[index];
@@ -220,17 +244,57 @@ static inline jsl_slot *jsl_slot_of(const jsl_ecs *ecs, jsl_entity e) {
 jsl_result jsl_bad_entity(const jsl_ecs *ecs, jsl_entity e, const char *caller);
 
 /* table.c */
-jsl_result jsl_table_find(jsl_ecs *ecs, uint64_t mask, jsl_table **out);
+/* The table of a set, made when there is none yet. */
+jsl_result jsl_table_find_slow(jsl_ecs *ecs, uint64_t mask, jsl_table **out);
+static inline jsl_result jsl_table_find(jsl_ecs *ecs, uint64_t mask, jsl_table **out) {
+    *out = ecs->last_found;
+    return *out && (*out)->mask == mask ? JSL_OK : jsl_table_find_slow(ecs, mask, out);
+}
 /* Null when there is none yet. */
 jsl_table *jsl_table_lookup(const jsl_ecs *ecs, uint64_t mask);
-jsl_result jsl_table_reserve(jsl_ecs *ecs, jsl_table *table, int64_t rows);
+jsl_result jsl_table_grow(jsl_ecs *ecs, jsl_table *table, int64_t rows);
+static inline jsl_result jsl_table_reserve(jsl_ecs *ecs, jsl_table *table, int64_t rows) {
+    return rows <= table->cap ? JSL_OK : jsl_table_grow(ecs, table, rows);
+}
 void jsl_table_free(jsl_ecs *ecs, jsl_table *table);
-void jsl_table_set_count(jsl_ecs *ecs, jsl_table *table, int64_t count);
+/* Tells the queries that the table has got rows, or lost the last of them. */
+void jsl_table_turned(jsl_ecs *ecs, const jsl_table *table, bool has_rows);
+static inline void jsl_table_set_count(jsl_ecs *ecs, jsl_table *table, int64_t count) {
+    bool had = table->count > 0, has = count > 0;
+    table->count = count;
+    table->revision++;
+    if (had != has) jsl_table_turned(ecs, table, has);
+}
 /* Zeroes rows [from, to) of every column; handles too. */
 void jsl_table_zero(jsl_table *table, int64_t from, int64_t to);
-/* Adds count rows, zeroed, without handles; room must have been reserved. Returns the first. */
+/* Adds count rows that the caller fills, handles included; room must have been reserved. Returns
+ * the first. The padding behind them is inert. */
+int64_t jsl_table_extend(jsl_ecs *ecs, jsl_table *table, int64_t count);
+/* The same with all values zero; the handles stay the caller's. */
 int64_t jsl_table_append(jsl_ecs *ecs, jsl_table *table, int64_t count);
 static inline jsl_table *jsl_table_at(const jsl_ecs *ecs, uint32_t id) { return ecs->table.at[id]; }
+
+/* One value; constant sizes become single moves. */
+static inline void jsl_value_copy(unsigned char *dst, const unsigned char *src, uint32_t bytes) {
+    switch (bytes) {
+    case 1:
+        memcpy(dst, src, 1);
+        break;
+    case 2:
+        memcpy(dst, src, 2);
+        break;
+    case 4:
+        memcpy(dst, src, 4);
+        break;
+    default:
+        memcpy(dst, src, 8);
+        break;
+    }
+}
+static inline void jsl_value_zero(unsigned char *at, uint32_t bytes) {
+    static const unsigned char zero[8] = {0};
+    jsl_value_copy(at, zero, bytes);
+}
 
 /* rows.c */
 /* Removes one row by the table's rule; its slot must have been given back or moved already. */
@@ -246,6 +310,9 @@ void jsl_table_close(jsl_ecs *ecs, jsl_table *table);
 void jsl_rows_move(jsl_ecs *ecs, const jsl_table *src, const uint32_t *from, int64_t begin,
                    jsl_table *dst, int64_t to, int64_t n);
 
+/* The same for one row. */
+void jsl_row_move(jsl_ecs *ecs, const jsl_table *src, int64_t row, jsl_table *dst, int64_t to);
+
 /* touched tables: a list of those that the current call works on */
 static inline void jsl_table_touch(jsl_ecs *ecs, jsl_table *table) {
     if (table->touched) return;
@@ -260,7 +327,8 @@ void jsl_touched_close(jsl_ecs *ecs);
 
 /* query.c */
 jsl_query_plan *jsl_query_at(const jsl_ecs *ecs, jsl_query query);
-void jsl_query_view(const jsl_query_plan *plan, jsl_table *table, int64_t row, int64_t count,
+/* Rows [row, row + count) of a table that has rows. */
+void jsl_query_view(const jsl_query_plan *plan, const jsl_match *match, int64_t row, int64_t count,
                     jsl_rows *rows);
 static inline bool jsl_query_matches(const jsl_query_plan *plan, uint64_t mask) {
     return (mask & plan->required) == plan->required && (mask & plan->excluded) == 0;

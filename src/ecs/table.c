@@ -60,12 +60,11 @@ static void settle(jsl_table *table, unsigned char *block, int64_t cap, size_t s
     table->cap = cap;
 }
 
-jsl_result jsl_table_reserve(jsl_ecs *ecs, jsl_table *table, int64_t rows) {
-    if (rows <= table->cap) return JSL_OK;
+jsl_result jsl_table_grow(jsl_ecs *ecs, jsl_table *table, int64_t rows) {
     if (rows > JSL_MAX_ROWS)
         return jsl_fail(&ecs->logger, JSL_ERR_LIMIT, "a table of %lld rows exceeds %lld",
                         (long long)rows, JSL_MAX_ROWS);
-    int64_t cap = table->cap + table->cap / 2;
+    int64_t cap = table->cap * 2;
     if (cap < rows) cap = rows;
     cap = jsl_round_up(cap, JSL_LANES);
     if (cap > JSL_MAX_ROWS) cap = JSL_MAX_ROWS;
@@ -83,31 +82,42 @@ jsl_result jsl_table_reserve(jsl_ecs *ecs, jsl_table *table, int64_t rows) {
     return JSL_OK;
 }
 
-void jsl_table_zero(jsl_table *table, int64_t from, int64_t to) {
-    if (from >= to) return;
-    size_t n = (size_t)(to - from);
-    memset(table->entity + from, 0, n * sizeof(jsl_entity));
+static void zero_columns(jsl_table *table, int64_t from, int64_t n) {
     for (int i = 0; i < table->column_count; i++) {
         const jsl_column *c = &table->column[i];
-        memset(c->at + (size_t)from * c->bytes, 0, n * c->bytes);
+        unsigned char *at = c->at + (size_t)from * c->bytes;
+        if (n == 1)
+            jsl_value_zero(at, c->bytes);
+        else
+            memset(at, 0, (size_t)n * c->bytes);
     }
 }
 
-void jsl_table_set_count(jsl_ecs *ecs, jsl_table *table, int64_t count) {
-    bool had = table->count > 0, has = count > 0;
-    table->count = count;
-    table->revision++;
-    if (had == has) return;
+void jsl_table_zero(jsl_table *table, int64_t from, int64_t to) {
+    if (from >= to) return;
+    memset(table->entity + from, 0, (size_t)(to - from) * sizeof(jsl_entity));
+    zero_columns(table, from, to - from);
+}
+
+void jsl_table_turned(jsl_ecs *ecs, const jsl_table *table, bool has_rows) {
     for (int64_t i = 0; i < ecs->query.count; i++)
         if (jsl_query_matches(ecs->query.at[i], table->mask))
-            ecs->query.at[i]->nonempty += has ? 1 : -1;
+            ecs->query.at[i]->nonempty += has_rows ? 1 : -1;
+}
+
+int64_t jsl_table_extend(jsl_ecs *ecs, jsl_table *table, int64_t count) {
+    int64_t row = table->count, end = row + count;
+    JSL_ASSERT(end <= table->cap);
+    /* What lies behind is padding already, unless the rows reach into a new group. */
+    if (end > jsl_round_up(row, JSL_LANES))
+        jsl_table_zero(table, end, jsl_round_up(end, JSL_LANES));
+    jsl_table_set_count(ecs, table, end);
+    return row;
 }
 
 int64_t jsl_table_append(jsl_ecs *ecs, jsl_table *table, int64_t count) {
-    int64_t row = table->count;
-    JSL_ASSERT(row + count <= table->cap);
-    jsl_table_zero(table, row, jsl_round_up(row + count, JSL_LANES));
-    jsl_table_set_count(ecs, table, row + count);
+    int64_t row = jsl_table_extend(ecs, table, count);
+    zero_columns(table, row, count); /* padding may have been written */
     return row;
 }
 
@@ -144,8 +154,11 @@ static size_t table_bytes(int columns) {
     return sizeof(jsl_table) + (size_t)columns * sizeof(jsl_column);
 }
 
-jsl_result jsl_table_find(jsl_ecs *ecs, uint64_t mask, jsl_table **out) {
-    if ((*out = jsl_table_lookup(ecs, mask))) return JSL_OK;
+jsl_result jsl_table_find_slow(jsl_ecs *ecs, uint64_t mask, jsl_table **out) {
+    if ((*out = jsl_table_lookup(ecs, mask))) {
+        ecs->last_found = *out;
+        return JSL_OK;
+    }
     int columns = 0;
     for (int c = 0; c < ecs->component_count; c++)
         if (mask >> c & 1) columns += ecs->component[c].desc.field_count;

@@ -26,7 +26,22 @@ static jsl_quat about(jsl_vec3 unit, jsl_real angle) {
     return (jsl_quat){unit.x * s, unit.y * s, unit.z * s, c};
 }
 
+/* Below this square of half the angle the series of sin(x)/x and cos(x) up to x^6 are exact to
+ * rounding: the first terms left out are x^6/5040 and x^8/40320. */
+#ifdef JSL_DOUBLE
+#define SMALL_HALF_SQ 1e-5
+#else
+#define SMALL_HALF_SQ 0.02f
+#endif
+
 jsl_quat jsl_quat_from_rotation_vector(jsl_vec3 v) {
+    jsl_vec3 half = jsl_scale(v, JSL_R(0.5));
+    jsl_real x2 = jsl_dot(half, half);
+    if (x2 < SMALL_HALF_SQ) {
+        jsl_real sinc = 1 - x2 * (JSL_R(1.0 / 6) - x2 * JSL_R(1.0 / 120));
+        jsl_real cosine = 1 - x2 * (JSL_R(0.5) - x2 * (JSL_R(1.0 / 24) - x2 * JSL_R(1.0 / 720)));
+        return (jsl_quat){half.x * sinc, half.y * sinc, half.z * sinc, cosine};
+    }
     jsl_vec3 unit;
     jsl_real angle = split_length(v, &unit);
     return about(unit, angle);

@@ -131,6 +131,7 @@ typedef struct birth_job {
     jsl_quat q0, q1;
     jsl_vec3 axis, side, up; /* of the cone */
     jsl_real cone_height;    /* 1 - cos of its half angle */
+    bool solid;              /* there is something to bounce off */
     jsl_position_columns p;
     jsl_velocity_columns v;
     jsl_particle_columns q;
@@ -198,7 +199,7 @@ static void be_born(const birth_job *job, int64_t i) {
     jsl_real age = (jsl_real)(job->dt - when);
     if (age > 0) {
         jsl_particle_map map = jsl_particle_map_of(&job->rules->law, (double)age);
-        if (job->room->solids.set && !job->rules->ghost)
+        if (job->solid)
             jsl_particle_bounce(&job->room->solids, job->rules, &map, d->contact_size * size,
                                 (jsl_real)when, age, &x, &v);
         else
@@ -266,6 +267,7 @@ static jsl_result give_birth(jsl_particle_room *room, const jsl_step_context *co
     job.p1 = job.desc.position;
     job.q1 = job.desc.orientation;
     job.velocity = job.desc.velocity;
+    job.solid = !r->ghost && (r->planes > 0 || (room->solids.set && room->grid.n[0]));
     set_cone(&job);
     JSL_TRY(jsl_entity_create_n(room->ecs, set, JSL_COUNT(set), count, NULL, &rows));
     job.p = jsl_position_of(&rows, 0);

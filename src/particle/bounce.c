@@ -37,9 +37,9 @@ typedef struct contact {
 
 static const jsl_pose own_frame = {{0, 0, 0}, {0, 0, 0, 1}};
 
-/* Distances below this are rounding of coordinates. */
-static jsl_real slop(jsl_vec3 x) {
-    return JSL_PARTICLE_SLOP * (jsl_abs(x.x) + jsl_abs(x.y) + jsl_abs(x.z));
+/* Distances along n below this are rounding of the coordinates of x. */
+static jsl_real slop(jsl_vec3 n, jsl_vec3 x) {
+    return JSL_PARTICLE_SLOP * (jsl_abs(n.x * x.x) + jsl_abs(n.y * x.y) + jsl_abs(n.z * x.z));
 }
 
 /* -- Surfaces
@@ -94,7 +94,7 @@ static jsl_real meet_plane(const flight *f, int32_t target, jsl_real t, jsl_vec3
     jsl_real d1 = gap_at(f, target, f->h, x1, &n);
     if (!(d1 < 0)) return 2;
     jsl_real d0 = gap_at(f, target, t, x, &n);
-    if (d0 <= slop(x)) return 0;
+    if (d0 <= slop(n, x)) return 0;
     jsl_real vn = jsl_dot(v, n) - f->rules->plane[~target].rate;
     return parabola_root(d0, vn * (f->h - t), d1);
 }
@@ -133,14 +133,15 @@ static jsl_real meet_item(const flight *f, const jsl_collider_item *item, jsl_re
                           jsl_vec3 x1) {
     jsl_pose p0 = pose_at(item, f->begin + t), p1 = pose_at(item, f->begin + f->h);
     jsl_vec3 from = jsl_pose_point_inv(p0, x), to = jsl_pose_point_inv(p1, x1), n;
-    jsl_real near = slop(x), r = f->radius;
+    jsl_real r = f->radius, near = slop(jsl_v3(1, 1, 1), x);
     jsl_shape_desc grown = item->shape;
     if (grown.kind == JSL_SHAPE_BOX)
         grown.half = jsl_add(grown.half, jsl_v3(r, r, r));
     else
         grown.radius += r;
     if (passes_by(jsl_add(half_sides(&grown), jsl_v3(near, near, near)), from, to)) return 2;
-    if (jsl_shape_point_distance(&item->shape, own_frame, from, &n) - r <= near) {
+    jsl_real d0 = jsl_shape_point_distance(&item->shape, own_frame, from, &n) - r;
+    if (d0 <= slop(jsl_rotate(p0.orientation, n), x)) {
         /* Starts on or in it: it may leave by itself. */
         return jsl_shape_point_distance(&item->shape, own_frame, to, &n) < r ? 0 : 2;
     }
@@ -168,37 +169,47 @@ static jsl_aabb swept(jsl_vec3 a, jsl_vec3 b, jsl_real r) {
                       {jsl_max(a.x, b.x) + r, jsl_max(a.y, b.y) + r, jsl_max(a.z, b.z) + r}};
 }
 
-static void lowest_cell(const jsl_particle_grid *g, jsl_vec3 p, int32_t cell[3]) {
-    cell[0] = jsl_particle_grid_axis(p.x, g->origin.x, g->inv_cell, g->n[0]);
-    cell[1] = jsl_particle_grid_axis(p.y, g->origin.y, g->inv_cell, g->n[1]);
-    cell[2] = jsl_particle_grid_axis(p.z, g->origin.z, g->inv_cell, g->n[2]);
+typedef struct outlook {
+    const flight *f;
+    jsl_real t;
+    jsl_vec3 x, x1;
+    jsl_aabb path;
+    contact *best;
+} outlook;
+
+static void look_at(const outlook *o, int32_t j) {
+    const jsl_collider_set *set = o->f->solids->set;
+    int32_t target = set->finite.at[j];
+    const jsl_collider_item *item = &set->item.at[target];
+    if (jsl_particle_meets(o->f->rules, item) && !is_resting(o->f, target))
+        keep_first(o->best, target, meet_item(o->f, item, o->t, o->x, o->x1));
 }
 
-/* Every item that the grid has around the way, once each: a pair is looked at in the first cell
- * that both cover. */
-static void look_around(const flight *f, jsl_real t, jsl_vec3 x, jsl_vec3 x1, contact *best) {
-    const jsl_particle_grid *g = f->solids->grid;
-    const jsl_collider_set *set = f->solids->set;
-    jsl_aabb path = swept(x, x1, f->radius);
-    int32_t lo[3], hi[3], first[3];
-    lowest_cell(g, path.lo, lo);
-    lowest_cell(g, path.hi, hi);
-    for (int32_t cz = lo[2]; cz <= hi[2]; cz++)
-        for (int32_t cy = lo[1]; cy <= hi[1]; cy++)
-            for (int32_t cx = lo[0]; cx <= hi[0]; cx++) {
-                int64_t c = ((int64_t)cz * g->n[1] + cy) * g->n[0] + cx;
-                for (int32_t k = g->start.at[c]; k < g->start.at[c + 1]; k++) {
-                    int32_t j = g->item.at[k], target = set->finite.at[j];
-                    jsl_aabb box = set->finite_box.at[j];
-                    if (!jsl_aabb_meet(path, box)) continue;
-                    lowest_cell(g, box.lo, first);
-                    if (cx != (first[0] > lo[0] ? first[0] : lo[0]) ||
-                        cy != (first[1] > lo[1] ? first[1] : lo[1]) ||
-                        cz != (first[2] > lo[2] ? first[2] : lo[2]))
+/* Everything that the grid has around the way, once each: what spans several cells is looked at in
+ * the first cell that both cover. */
+static void look_around(const outlook *o) {
+    const jsl_particle_grid *g = o->f->solids->grid;
+    const jsl_aabb *box = o->f->solids->set->finite_box.at;
+    jsl_cells c = jsl_particle_grid_cells(g, o->path);
+    bool several = c.lo[0] < c.hi[0] || c.lo[1] < c.hi[1] || c.lo[2] < c.hi[2];
+    if (several && jsl_particle_cells_count(&c) > 4 * g->box.count) {
+        for (int32_t j = 0; j < (int32_t)g->box.count; j++)
+            if (jsl_aabb_meet(o->path, box[j])) look_at(o, j);
+        return;
+    }
+    for (int32_t z = c.lo[2]; z <= c.hi[2]; z++)
+        for (int32_t y = c.lo[1]; y <= c.hi[1]; y++)
+            for (int32_t x = c.lo[0]; x <= c.hi[0]; x++) {
+                int64_t cell = ((int64_t)z * g->n[1] + y) * g->n[0] + x;
+                for (int32_t k = g->start.at[cell]; k < g->start.at[cell + 1]; k++) {
+                    int32_t j = g->item.at[k];
+                    if (!jsl_aabb_meet(o->path, box[j])) continue;
+                    const int32_t *lo = g->first.at[j].lo;
+                    if (several && (x != (lo[0] > c.lo[0] ? lo[0] : c.lo[0]) ||
+                                    y != (lo[1] > c.lo[1] ? lo[1] : c.lo[1]) ||
+                                    z != (lo[2] > c.lo[2] ? lo[2] : c.lo[2])))
                         continue;
-                    const jsl_collider_item *item = &set->item.at[target];
-                    if (jsl_particle_meets(f->rules, item) && !is_resting(f, target))
-                        keep_first(best, target, meet_item(f, item, t, x, x1));
+                    look_at(o, j);
                 }
             }
 }
@@ -207,7 +218,10 @@ static contact first_contact(const flight *f, jsl_real t, jsl_vec3 x, jsl_vec3 v
     contact best = {NOTHING, 2};
     for (int32_t i = 0; i < f->rules->planes; i++)
         if (!is_resting(f, ~i)) keep_first(&best, ~i, meet_plane(f, ~i, t, x, v, x1));
-    if (f->solids->set && f->solids->grid->n[0]) look_around(f, t, x, x1, &best);
+    if (f->solids->set && f->solids->grid->n[0]) {
+        outlook o = {f, t, x, x1, swept(x, x1, f->radius), &best};
+        look_around(&o);
+    }
     return best;
 }
 
@@ -257,7 +271,7 @@ static void settle(const flight *f, jsl_vec3 *x, jsl_vec3 *v) {
             jsl_real d = gap_at(f, target, f->h, *x, &n);
             if (d < 0)
                 *x = jsl_mul_add(*x, -d, n);
-            else if (d > slop(*x))
+            else if (d > slop(n, *x))
                 continue; /* it has left */
             jsl_vec3 u = surface_velocity(f, target, f->h, *x);
             jsl_vec3 rel = jsl_sub(*v, u);
@@ -284,7 +298,7 @@ static jsl_real touch(flight *f, contact c, jsl_real t, jsl_vec3 *x, jsl_vec3 *v
             jsl_particle_apply(&m, &y, &w);
         }
         d = gap_at(f, c.target, t + s, y, &n);
-        if (i == 2 || s == 0 || jsl_abs(d) <= slop(y)) break;
+        if (i == 2 || s == 0 || jsl_abs(d) <= slop(n, y)) break;
         jsl_real rate = jsl_dot(jsl_sub(w, surface_velocity(f, c.target, t + s, y)), n);
         if (!(rate < 0)) break;
         s = jsl_clamp(s - d / rate, 0, f->h - t);

@@ -14,6 +14,7 @@ void jsl_particle_grid_free(jsl_memory *memory, jsl_particle_grid *grid) {
     jsl_array_free(memory, &grid->start);
     jsl_array_free(memory, &grid->item);
     jsl_array_free(memory, &grid->box);
+    jsl_array_free(memory, &grid->first);
     jsl_array_free(memory, &grid->size);
     *grid = (jsl_particle_grid){0};
 }
@@ -77,8 +78,9 @@ static void choose_cells(jsl_particle_grid *grid) {
     }
     grid->n[0] = grid->n[1] = grid->n[2] = 0;
     if (!usable) return;
-    jsl_real cell = jsl_max(median_side(grid), JSL_R(1e-6));
-    double limit = (double)(usable * 64 < 4096 ? 4096 : usable * 64);
+    /* Half a box: finer cells turn more particles away, coarser ones are filled faster. */
+    jsl_real cell = jsl_max(JSL_R(0.5) * median_side(grid), JSL_R(1e-6));
+    double limit = (double)(usable * 64 < 16384 ? 16384 : usable * 64);
     if (limit > MAX_CELLS) limit = MAX_CELLS;
     jsl_vec3 d = jsl_sub(all.hi, all.lo);
     for (;; cell *= JSL_R(1.25)) {
@@ -95,22 +97,12 @@ static void choose_cells(jsl_particle_grid *grid) {
     grid->origin = jsl_sub(all.lo, jsl_v3(2 * cell, 2 * cell, 2 * cell));
 }
 
-typedef struct cell_range {
-    int32_t lo[3], hi[3];
-} cell_range;
-
-static cell_range range_of(const jsl_particle_grid *grid, jsl_aabb b, int32_t grow) {
-    const jsl_real lo[3] = {b.lo.x, b.lo.y, b.lo.z}, hi[3] = {b.hi.x, b.hi.y, b.hi.z};
-    const jsl_real origin[3] = {grid->origin.x, grid->origin.y, grid->origin.z};
-    cell_range r;
+static jsl_cells grown(const jsl_particle_grid *grid, jsl_cells c) {
     for (int a = 0; a < 3; a++) {
-        int32_t last = grid->n[a] - 1;
-        r.lo[a] = jsl_particle_grid_axis(lo[a], origin[a], grid->inv_cell, last + 1) - grow;
-        r.hi[a] = jsl_particle_grid_axis(hi[a], origin[a], grid->inv_cell, last + 1) + grow;
-        if (r.lo[a] < 0) r.lo[a] = 0;
-        if (r.hi[a] > last) r.hi[a] = last;
+        if (c.lo[a] > 0) c.lo[a]--;
+        if (c.hi[a] < grid->n[a] - 1) c.hi[a]++;
     }
-    return r;
+    return c;
 }
 
 static inline int64_t cell_index(const jsl_particle_grid *grid, int32_t x, int32_t y, int32_t z) {
@@ -122,16 +114,17 @@ static jsl_result fill_cells(jsl_memory *memory, jsl_particle_grid *grid) {
     int64_t cells = (int64_t)grid->n[0] * grid->n[1] * grid->n[2];
     JSL_TRY(jsl_array_reserve(memory, &grid->start, cells + 1));
     JSL_TRY(jsl_array_reserve(memory, &grid->near, cells));
+    JSL_TRY(jsl_array_reserve(memory, &grid->first, grid->box.count));
     memset(grid->start.at, 0, (size_t)(cells + 1) * sizeof(int32_t));
     memset(grid->near.at, 0, (size_t)cells);
     int32_t *start = grid->start.at;
     for (int64_t i = 0; i < grid->box.count; i++) {
         if (!box_is_usable(grid->box.at[i])) continue;
-        cell_range r = range_of(grid, grid->box.at[i], 0);
+        jsl_cells r = grid->first.at[i] = jsl_particle_grid_cells(grid, grid->box.at[i]);
         for (int32_t z = r.lo[2]; z <= r.hi[2]; z++)
             for (int32_t y = r.lo[1]; y <= r.hi[1]; y++)
                 for (int32_t x = r.lo[0]; x <= r.hi[0]; x++) start[cell_index(grid, x, y, z)]++;
-        r = range_of(grid, grid->box.at[i], 1);
+        r = grown(grid, r);
         for (int32_t z = r.lo[2]; z <= r.hi[2]; z++)
             for (int32_t y = r.lo[1]; y <= r.hi[1]; y++)
                 memset(grid->near.at + cell_index(grid, r.lo[0], y, z), 1,
@@ -145,7 +138,7 @@ static jsl_result fill_cells(jsl_memory *memory, jsl_particle_grid *grid) {
     JSL_TRY(jsl_array_reserve(memory, &grid->item, sum));
     for (int64_t i = grid->box.count - 1; i >= 0; i--) {
         if (!box_is_usable(grid->box.at[i])) continue;
-        cell_range r = range_of(grid, grid->box.at[i], 0);
+        jsl_cells r = grid->first.at[i];
         for (int32_t z = r.lo[2]; z <= r.hi[2]; z++)
             for (int32_t y = r.lo[1]; y <= r.hi[1]; y++)
                 for (int32_t x = r.lo[0]; x <= r.hi[0]; x++)
@@ -176,4 +169,21 @@ jsl_result jsl_particle_grid_build(jsl_memory *memory, jsl_particle_grid *grid,
     jsl_result result = fill_cells(memory, grid);
     if (result != JSL_OK) grid->n[0] = 0;
     return result;
+}
+
+bool jsl_particle_grid_meets(const jsl_particle_grid *g, jsl_aabb box) {
+    jsl_cells c = jsl_particle_grid_cells(g, box);
+    if (jsl_particle_cells_count(&c) > 4 * g->box.count) {
+        for (int64_t j = 0; j < g->box.count; j++)
+            if (jsl_aabb_meet(box, g->box.at[j])) return true;
+        return false;
+    }
+    for (int32_t z = c.lo[2]; z <= c.hi[2]; z++)
+        for (int32_t y = c.lo[1]; y <= c.hi[1]; y++) {
+            /* The items of neighbours along x lie together. */
+            int64_t first = cell_index(g, c.lo[0], y, z), last = cell_index(g, c.hi[0], y, z);
+            for (int32_t k = g->start.at[first]; k < g->start.at[last + 1]; k++)
+                if (jsl_aabb_meet(box, g->box.at[g->item.at[k]])) return true;
+        }
+    return false;
 }

@@ -28,6 +28,22 @@ uint32_t jsl_particle_redo(const jsl_particle_tile *t, int64_t first, const jsl_
     return result;
 }
 
+bool jsl_particle_look(const jsl_particle_tile *t, int64_t first, const int32_t *row, int count,
+                       jsl_real time, jsl_vec3 far, uint8_t *near) {
+    bool any = false;
+    for (int k = 0; k < count; k++) {
+        int64_t i = first + row[k];
+        jsl_real r = t->rules->contact_size * t->size[i];
+        jsl_vec3 x = {t->px[i], t->py[i], t->pz[i]};
+        jsl_vec3 d = {jsl_abs(t->vx[i]) * time + far.x + r, jsl_abs(t->vy[i]) * time + far.y + r,
+                      jsl_abs(t->vz[i]) * time + far.z + r};
+        if (!jsl_particle_grid_meets(t->grid, (jsl_aabb){jsl_sub(x, d), jsl_add(x, d)})) continue;
+        near[row[k]] = 2;
+        any = true;
+    }
+    return any;
+}
+
 /* The first run that ends after row. */
 static int64_t run_at(const jsl_particle_table *t, int64_t row) {
     int64_t lo = 0, hi = t->run.count;
@@ -92,26 +108,41 @@ static bool is_outside(jsl_aabb b, jsl_real x, jsl_real y, jsl_real z) {
     return x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y || z < b.lo.z || z > b.hi.z;
 }
 
-/* Marks the dead among rows [begin, end) of a run; returns their number. A pure function of the
- * state. */
-static int64_t mark_dead(const jsl_particle_room *room, const jsl_particle_run *run, int64_t begin,
-                         int64_t end, const jsl_rows *rows, const jsl_step_context *context) {
+/* Rows of which something is not finite: marked and named. */
+static void mark_bad(const jsl_rows *rows, int64_t begin, int64_t end,
+                     const jsl_step_context *context, uint8_t *dead) {
     jsl_position_columns p = jsl_position_of(rows, TERM_POSITION);
     jsl_velocity_columns v = jsl_velocity_of(rows, TERM_VELOCITY);
-    jsl_particle_columns q = jsl_particle_of(rows, TERM_PARTICLE);
-    const jsl_particle_rules *rules = run->rules < 0 ? NULL : &room->rules.at[run->rules];
-    int64_t count = 0;
     for (int64_t i = begin; i < end; i++) {
-        jsl_real x = p.px[i], y = p.py[i], z = p.pz[i];
-        bool bad = !jsl_is_finite(x) || !jsl_is_finite(y) || !jsl_is_finite(z) ||
-                   !jsl_is_finite(v.vx[i]) || !jsl_is_finite(v.vy[i]) || !jsl_is_finite(v.vz[i]);
-        if (bad) jsl_warn(context, JSL_WARN_BAD_STATE, 1, rows->entity[i]);
-        bool dead = !rules || bad || (run->mortal && q.age[i] >= q.life[i]) ||
-                    (rules->bounded && is_outside(rules->bounds, x, y, z));
-        room->dead.at[i] = dead;
-        count += dead;
+        bool finite = jsl_is_finite(p.px[i]) && jsl_is_finite(p.py[i]) && jsl_is_finite(p.pz[i]) &&
+                      jsl_is_finite(v.vx[i]) && jsl_is_finite(v.vy[i]) && jsl_is_finite(v.vz[i]);
+        if (finite) continue;
+        jsl_warn(context, JSL_WARN_BAD_STATE, 1, rows->entity[i]);
+        dead[i] = 1;
     }
-    return count;
+}
+
+/* Marks the dead among rows [begin, end) of a run, for the reasons that the flags of their block
+ * give. */
+static void mark_dead(const jsl_particle_room *room, const jsl_particle_run *run, uint32_t flags,
+                      int64_t begin, int64_t end, const jsl_rows *rows,
+                      const jsl_step_context *context) {
+    uint8_t *dead = room->dead.at;
+    if (run->rules < 0) {
+        memset(dead + begin, 1, (size_t)(end - begin));
+        return;
+    }
+    if (run->mortal && flags & PARTICLE_DIED) {
+        jsl_particle_columns q = jsl_particle_of(rows, TERM_PARTICLE);
+        for (int64_t i = begin; i < end; i++) dead[i] = q.age[i] >= q.life[i];
+    }
+    const jsl_particle_rules *rules = &room->rules.at[run->rules];
+    if (rules->bounded && flags & PARTICLE_OUTSIDE) {
+        jsl_position_columns p = jsl_position_of(rows, TERM_POSITION);
+        for (int64_t i = begin; i < end; i++)
+            dead[i] |= is_outside(rules->bounds, p.px[i], p.py[i], p.pz[i]);
+    }
+    if (flags & PARTICLE_BAD) mark_bad(rows, begin, end, context, dead);
 }
 
 static jsl_result retire_table(jsl_particle_room *room, const jsl_rows *rows,
@@ -122,20 +153,18 @@ static jsl_result retire_table(jsl_particle_room *room, const jsl_rows *rows,
     if (!any) return JSL_OK;
     JSL_TRY(jsl_array_reserve(room->memory, &room->dead, jsl_round_up(rows->count, JSL_ALIGN)));
     memset(room->dead.at, 0, (size_t)rows->count);
-    int64_t count = 0;
     for (int64_t r = 0; r < t->run.count; r++) {
         const jsl_particle_run *run = &t->run.at[r];
         for (int64_t a = run->begin; a < run->end;) {
             int64_t block = a / PARTICLE_BLOCK, end = (block + 1) * PARTICLE_BLOCK;
             if (end > run->end) end = run->end;
-            if (t->flags.at[block]) count += mark_dead(room, run, a, end, rows, context);
+            if (t->flags.at[block]) mark_dead(room, run, t->flags.at[block], a, end, rows, context);
             a = end;
         }
     }
-    if (count == 0) return JSL_OK;
     uint32_t table = rows->table;
-    jsl_table_destroy_rows(room->ecs, table, room->dead.at);
-    jsl_particle_runs_remove(room, table, room->dead.at);
+    if (jsl_table_destroy_rows(room->ecs, table, room->dead.at) > 0)
+        jsl_particle_runs_remove(room, table, room->dead.at);
     return JSL_OK;
 }
 
@@ -154,7 +183,7 @@ jsl_result jsl_particle_retire_system(const jsl_step_context *context, void *use
         JSL_TRY(jsl_particle_prepare(room, context));
         for (int64_t i = 0; i < room->table.count; i++)
             if (room->table.at[i].flags.count)
-                memset(room->table.at[i].flags.at, PARTICLE_DIED,
+                memset(room->table.at[i].flags.at, PARTICLE_DIED | PARTICLE_OUTSIDE | PARTICLE_BAD,
                        (size_t)room->table.at[i].flags.count);
     }
     for (jsl_iter it = jsl_query_begin(room->ecs, room->particles, 0); jsl_query_next(&it, &rows);)

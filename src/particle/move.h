@@ -18,6 +18,12 @@ typedef struct jsl_particle_hits {
 /* Moves the rows of a tile through one step; returns PARTICLE_* flags. */
 JSL_KERNEL_DECLARE(uint32_t, jsl_particle_move, (const jsl_particle_tile *tile));
 
+/* Sets near[row] = 2 for those of the given rows (of the chunk that starts at `first`) whose box
+ * over a step, in which a coordinate changes by at most time |v| + far, meets that of something
+ * finite; returns whether any does. */
+bool jsl_particle_look(const jsl_particle_tile *tile, int64_t first, const int32_t *row, int count,
+                       jsl_real time, jsl_vec3 far, uint8_t *near);
+
 /* Moves rows put aside through one sub-step with collisions and writes them to their places, first
  * + row. */
 uint32_t jsl_particle_redo(const jsl_particle_tile *tile, int64_t first,

@@ -23,52 +23,28 @@ typedef struct chunk {
 /* -- Free flight
  * ------------------------------------------------------------------------------------------- */
 
-#define FLY(x, v, d)                                                                               \
-    x = (x + m.run * v) + m.dx.d;                                                                  \
-    v = m.keep * v + m.dv.d
-#define FLY_ALL                                                                                    \
-    FLY(x, u, x);                                                                                  \
-    FLY(y, v, y);                                                                                  \
-    FLY(z, w, z)
-#define FLY_LOOP(steps)                                                                            \
-    for (int i = 0; i < n; i++) {                                                                  \
-        jsl_real x = px[i], y = py[i], z = pz[i], u = vx[i], v = vy[i], w = vz[i];                 \
-        steps;                                                                                     \
-        px[i] = x;                                                                                 \
-        py[i] = y;                                                                                 \
-        pz[i] = z;                                                                                 \
-        vx[i] = u;                                                                                 \
-        vy[i] = v;                                                                                 \
-        vz[i] = w;                                                                                 \
-        jsl_real sum = (x + y) + (z + u) + (v + w);                                                \
-        bad |= sum - sum == 0 ? 0 : 1;                                                             \
-    }
-
 /* One sub-step, x += run v + dx; v = keep v + dv. Returns whether some row is not finite. */
 ROW_LOOP bool fly_once(int n, jsl_particle_map m, jsl_real *restrict px, jsl_real *restrict py,
                        jsl_real *restrict pz, jsl_real *restrict vx, jsl_real *restrict vy,
                        jsl_real *restrict vz) {
     jsl_lane_int bad = 0;
-    FLY_LOOP(FLY_ALL)
+    for (int i = 0; i < n; i++) {
+        jsl_real u = vx[i], v = vy[i], w = vz[i];
+        jsl_real x = (px[i] + m.run * u) + m.dx.x, y = (py[i] + m.run * v) + m.dx.y,
+                 z = (pz[i] + m.run * w) + m.dx.z;
+        u = m.keep * u + m.dv.x;
+        v = m.keep * v + m.dv.y;
+        w = m.keep * w + m.dv.z;
+        px[i] = x;
+        py[i] = y;
+        pz[i] = z;
+        vx[i] = u;
+        vy[i] = v;
+        vz[i] = w;
+        jsl_real sum = (x + y) + (z + u) + (v + w);
+        bad |= sum - sum == 0 ? 0 : 1;
+    }
     return bad != 0;
-}
-
-/* Four sub-steps in registers, the same bits as four times one. */
-ROW_LOOP bool fly_four(int n, jsl_particle_map m, jsl_real *restrict px, jsl_real *restrict py,
-                       jsl_real *restrict pz, jsl_real *restrict vx, jsl_real *restrict vy,
-                       jsl_real *restrict vz) {
-    jsl_lane_int bad = 0;
-    FLY_LOOP(FLY_ALL; FLY_ALL; FLY_ALL; FLY_ALL)
-    return bad != 0;
-}
-
-static bool fly(const chunk *c, const jsl_particle_map *m, int substeps) {
-    bool bad = false;
-    for (; substeps >= 4; substeps -= 4)
-        bad |= fly_four(c->n, *m, c->px, c->py, c->pz, c->vx, c->vy, c->vz);
-    for (; substeps > 0; substeps--)
-        bad |= fly_once(c->n, *m, c->px, c->py, c->pz, c->vx, c->vy, c->vz);
-    return bad;
 }
 
 /* -- Who may touch something
@@ -87,55 +63,158 @@ static reach reach_of(const jsl_particle_tile *t) {
     return (reach){time, {jsl_abs(a.x) * far, jsl_abs(a.y) * far, jsl_abs(a.z) * far}};
 }
 
-/* Whether some row's coordinate sign * p along a plane's normal may come below margin. */
-ROW_LOOP bool near_axis(int n, const jsl_real *restrict p, const jsl_real *restrict v,
-                        jsl_real sign, jsl_real time, jsl_real margin) {
-    const jsl_real signed_time = sign * time;
-    jsl_lane_int any = 0;
-    for (int i = 0; i < n; i++) {
-        jsl_real way = signed_time * v[i];
-        any |= sign * p[i] + (way < 0 ? way : 0) > margin ? 0 : 1;
-    }
-    return any != 0;
-}
+/* A row whose n.x, less what it may move and its radius, stays above margin cannot meet the plane.
+ */
+typedef struct guard {
+    jsl_vec3 n;
+    jsl_real margin;
+} guard;
 
-/* The same for any plane, and for particles that have a radius. */
-ROW_LOOP bool near_plane(const chunk *c, jsl_real share, jsl_vec3 normal, jsl_real time,
-                         jsl_real margin) {
-    const jsl_real *restrict px = c->px, *restrict py = c->py, *restrict pz = c->pz;
-    const jsl_real *restrict vx = c->vx, *restrict vy = c->vy, *restrict vz = c->vz;
-    const jsl_real *restrict size = c->size;
-    const jsl_real rounding = 16 * JSL_REAL_EPSILON;
-    const int n = c->n;
-    jsl_lane_int any = 0;
-    for (int i = 0; i < n; i++) {
-        jsl_real x = normal.x * px[i], y = normal.y * py[i], z = normal.z * pz[i];
-        jsl_real w = normal.x * vx[i] + normal.y * vy[i] + normal.z * vz[i];
-        w = w < 0 ? w : 0;
-        jsl_real sum = (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
-        jsl_real low = ((x + y + z) + time * w) - share * size[i];
-        any |= low - rounding * sum > margin ? 0 : 1;
-    }
-    return any != 0;
-}
+#define MAX_GUARDS 8
 
-/* Whether some row may meet the plane in this step. Never wrong when it says no. */
-static bool may_touch(const jsl_particle_tile *t, const chunk *c, const jsl_particle_plane *plane,
-                      const reach *r) {
+static guard guard_of(const jsl_particle_tile *t, const jsl_particle_plane *plane, const reach *r) {
     jsl_vec3 n = plane->n, a = {jsl_abs(n.x), jsl_abs(n.y), jsl_abs(n.z)};
-    jsl_real share = t->rules->contact_size;
     jsl_real rise = jsl_max(plane->offset, plane->offset + plane->rate * t->dt * JSL_R(1.001));
-    /* A coordinate near the plane rounds like the offset; one that comes from far has the slack of
-     * its time. */
-    jsl_real margin = rise + 64 * JSL_REAL_EPSILON * jsl_abs(rise) + jsl_dot(a, r->far);
-    if (share == 0 && n.x == 0 && n.y == 0)
-        return near_axis(c->n, c->pz, c->vz, n.z, r->time, margin);
-    if (share == 0 && n.y == 0 && n.z == 0)
-        return near_axis(c->n, c->px, c->vx, n.x, r->time, margin);
-    if (share == 0 && n.z == 0 && n.x == 0)
-        return near_axis(c->n, c->py, c->vy, n.y, r->time, margin);
-    return near_plane(c, share, n, r->time, margin);
+    return (guard){n, rise + 64 * JSL_REAL_EPSILON * jsl_abs(rise) + jsl_dot(a, r->far)};
 }
+
+/* -- Strips
+ * -------------------------------------------------------------------------------------------------
+ */
+
+typedef struct strip {
+    wreal x, y, z, u, v, w;
+} strip;
+
+/* Lanes that stay above the guard of a plane whose normal is along an axis, the right way round. A
+ * coordinate near the plane rounds like its offset, and one that comes from far has the slack of
+ * its time. */
+JSL_INLINE wmask above_axis(jsl_real margin, jsl_real time, wreal p, wreal v) {
+    return wgt(p + wmin(wset(time) * v, wset(0)), wset(margin));
+}
+
+/* The same for any plane: the terms of the product round on their own. */
+JSL_INLINE wmask above(const guard *g, jsl_real time, const strip *s, wreal radius) {
+    const wreal nx = wset(g->n.x), ny = wset(g->n.y), nz = wset(g->n.z);
+    wreal x = nx * s->x, y = ny * s->y, z = nz * s->z;
+    wreal way = wset(time) * (nx * s->u + ny * s->v + nz * s->w);
+    wreal rounding = wset(16 * JSL_REAL_EPSILON) * (wabs(x) + wabs(y) + wabs(z));
+    return wgt(((x + y) + z) + wmin(way, wset(0)) - radius - rounding, wset(g->margin));
+}
+
+JSL_INLINE void fly_strip(strip *s, const jsl_particle_map *m) {
+    const wreal run = wset(m->run), keep = wset(m->keep);
+    s->x = (s->x + run * s->u) + wset(m->dx.x);
+    s->u = keep * s->u + wset(m->dv.x);
+    s->y = (s->y + run * s->v) + wset(m->dx.y);
+    s->v = keep * s->v + wset(m->dv.y);
+    s->z = (s->z + run * s->w) + wset(m->dx.z);
+    s->w = keep * s->w + wset(m->dv.z);
+}
+
+enum { GUARD_NONE, GUARD_X, GUARD_Y, GUARD_Z, GUARD_ALL };
+
+typedef struct span {
+    int begin, end;
+} span;
+
+typedef struct strips_job {
+    const chunk *c;
+    const jsl_particle_map *map;
+    int substeps;
+    jsl_real time, share;
+    const guard *guards;
+    int guard_count;
+    span *touched; /* rows left alone because they may touch something; neighbours in one span */
+    int touched_count;
+    bool bad;
+} strips_job;
+
+#define LINE_ROWS (64 / (int)sizeof(jsl_real))
+
+/* Six streams read and written are more than the hardware foresees: eight lines ahead. */
+JSL_INLINE void fetch_ahead(const chunk *c, int i) {
+    i += 8 * LINE_ROWS;
+    __builtin_prefetch(c->px + i, 1);
+    __builtin_prefetch(c->py + i, 1);
+    __builtin_prefetch(c->pz + i, 1);
+    __builtin_prefetch(c->vx + i, 1);
+    __builtin_prefetch(c->vy + i, 1);
+    __builtin_prefetch(c->vz + i, 1);
+}
+
+/* Flies the whole strips of a chunk through the whole step, in registers, but for those in which
+ * some row may meet a plane. Returns the first row not reached. */
+JSL_INLINE int fly_strips(strips_job *job, int kind, int substeps) {
+    const chunk c = *job->c;
+    const jsl_particle_map m = *job->map;
+    const jsl_real time = job->time, margin = job->guards[0].margin;
+    const wmask all = weq(wset(0), wset(0));
+    const int whole = wbits(all);
+    wreal bad = wset(0); /* becomes NaN */
+    int i = 0;
+    for (; i + WN <= c.n; i += WN) {
+        if (i % LINE_ROWS == 0) fetch_ahead(&c, i);
+        strip s = {wloadu(c.px + i), wloadu(c.py + i), wloadu(c.pz + i),
+                   wloadu(c.vx + i), wloadu(c.vy + i), wloadu(c.vz + i)};
+        wmask clear = all;
+        if (kind == GUARD_X) clear = above_axis(margin, time, s.x, s.u);
+        if (kind == GUARD_Y) clear = above_axis(margin, time, s.y, s.v);
+        if (kind == GUARD_Z) clear = above_axis(margin, time, s.z, s.w);
+        if (kind == GUARD_ALL) {
+            wreal radius = wset(0);
+            if (job->share > 0) radius = wset(job->share) * wloadu(c.size + i);
+            for (int p = 0; p < job->guard_count; p++)
+                clear &= above(&job->guards[p], time, &s, radius);
+        }
+        if (kind != GUARD_NONE && wbits(clear) != whole) {
+            span *last = &job->touched[job->touched_count - 1];
+            if (job->touched_count > 0 && last->end == i)
+                last->end = i + WN;
+            else
+                job->touched[job->touched_count++] = (span){i, i + WN};
+            continue;
+        }
+        for (int k = 0; k < substeps; k++) fly_strip(&s, &m);
+        wstoreu(c.px + i, s.x);
+        wstoreu(c.py + i, s.y);
+        wstoreu(c.pz + i, s.z);
+        wstoreu(c.vx + i, s.u);
+        wstoreu(c.vy + i, s.v);
+        wstoreu(c.vz + i, s.w);
+        /* A velocity that was not finite has made the position so, and a tame map makes none. */
+        wreal sum = (s.x + s.y) + s.z;
+        bad = bad + (sum - sum);
+    }
+    job->bad = wbits(weq(bad, wset(0))) != whole;
+    return i;
+}
+
+/* One function for each kind of guard, and for the usual numbers of sub-steps. */
+#define STRIPS(name, kind)                                                                         \
+    static __attribute__((noinline)) int name(strips_job *job) {                                   \
+        if (job->substeps == 1) return fly_strips(job, kind, 1);                                   \
+        if (job->substeps == 4) return fly_strips(job, kind, 4);                                   \
+        return fly_strips(job, kind, job->substeps);                                               \
+    }
+STRIPS(strips_free, GUARD_NONE)
+STRIPS(strips_x, GUARD_X)
+STRIPS(strips_y, GUARD_Y)
+STRIPS(strips_z, GUARD_Z)
+STRIPS(strips_all, GUARD_ALL)
+
+static int run_strips(strips_job *job) {
+    if (job->guard_count == 0) return strips_free(job);
+    jsl_vec3 n = job->guards[0].n;
+    if (job->guard_count > 1 || job->share > 0) return strips_all(job);
+    if (n.x == 1) return strips_x(job);
+    if (n.y == 1) return strips_y(job);
+    if (n.z == 1) return strips_z(job);
+    return strips_all(job);
+}
+
+/* -- What is around, and who touches a plane
+ * ------------------------------------------------------------------ */
 
 /* The grid cell of each row, or -1 for one that may fly farther than the neighbouring cells. */
 ROW_LOOP void find_cells(const chunk *c, const jsl_particle_grid *g, const reach *motion,
@@ -173,19 +252,21 @@ ROW_LOOP void find_cells(const chunk *c, const jsl_particle_grid *g, const reach
     }
 }
 
-/* flag = 2 for rows that may meet something finite in this step. */
-static bool flag_solids(const chunk *c, const jsl_particle_grid *g, const reach *motion,
-                        jsl_real share, jsl_lane_int *restrict flag) {
+/* near = 2 for rows whose box over the whole step meets that of something finite. */
+static bool find_near(const jsl_particle_tile *t, const chunk *c, int64_t first, const reach *r,
+                      uint8_t *restrict near) {
     jsl_lane_int cell[PARTICLE_CHUNK];
-    find_cells(c, g, motion, share, cell);
-    const uint8_t *restrict near = g->near.at;
-    jsl_lane_int any = 0;
+    int32_t row[PARTICLE_CHUNK];
+    find_cells(c, t->grid, r, t->rules->contact_size, cell);
+    const uint8_t *restrict occupied = t->grid->near.at;
+    int count = 0;
     for (int i = 0; i < c->n; i++) {
-        jsl_lane_int hit = cell[i] < 0 ? 2 : (jsl_lane_int)(near[cell[i]] * 2);
-        flag[i] = hit;
-        any |= hit;
+        row[count] = i;
+        count += cell[i] < 0 || occupied[cell[i]];
     }
-    return any != 0;
+    if (count == 0) return false;
+    memset(near, 0, (size_t)c->n);
+    return jsl_particle_look(t, first, row, count, r->time, r->far, near);
 }
 
 /* flag |= 1 for rows that end this sub-step behind the plane n.x = offset. */
@@ -255,12 +336,13 @@ ROW_LOOP void rest_rows(const jsl_particle_hits *hits, int count, const jsl_part
     const jsl_real e = rules->restitution, mu = rules->friction;
     for (int i = 0; i < count; i++) {
         jsl_vec3 x = {px[i], py[i], pz[i]}, v = {vx[i], vy[i], vz[i]};
-        jsl_real slop = JSL_PARTICLE_SLOP * (jsl_abs(x.x) + jsl_abs(x.y) + jsl_abs(x.z));
+        jsl_real slop =
+            JSL_PARTICLE_SLOP * (jsl_abs(n.x * x.x) + jsl_abs(n.y * x.y) + jsl_abs(n.z * x.z));
         jsl_real d0 = (jsl_dot(n, x) - offset) - share * size[i];
         jsl_real vn0 = jsl_dot(v, n);
         jsl_real kick = jsl_abs((m.keep - 1) * vn0 + jsl_dot(m.dv, n));
         jsl_real sink = vn0 < 0 ? -vn0 : 0;
-        jsl_lane_int rests = (d0 <= slop) & (e * sink <= kick) ? 1 : 0;
+        jsl_lane_int rests = ((d0 <= slop) & (e * sink <= kick)) ? 1 : 0;
         /* At the contact: on the plane, not into it, braked. */
         x = jsl_mul_add(x, -d0, n);
         jsl_vec3 t0 = jsl_mul_add(v, -vn0, n);
@@ -281,14 +363,14 @@ ROW_LOOP void rest_rows(const jsl_particle_hits *hits, int count, const jsl_part
         /* The way, and back onto the plane. */
         jsl_real brake = mu * push, stop = speed0 * (scale0 > 0 ? scale0 : 0);
         jsl_real part = stop / (brake > 0 ? brake : 1);
-        part = (scale1 > 0) | (part > 1) ? 1 : part;
+        part = ((scale1 > 0) | (part > 1)) ? 1 : part;
         jsl_vec3 way = jsl_mul_add(x, JSL_R(0.5) * h * part, jsl_add(t0, t1));
-        jsl_lane_int glides = (mu > 0) & (vn1 < 0) ? 1 : 0;
+        jsl_lane_int glides = ((mu > 0) & (vn1 < 0)) ? 1 : 0;
         x1.x = glides ? way.x : x1.x;
         x1.y = glides ? way.y : x1.y;
         x1.z = glides ? way.z : x1.z;
         d1 = (jsl_dot(n, x1) - offset) - share * size[i];
-        d1 = glides | (d1 < 0) ? d1 : 0;
+        d1 = (glides | (d1 < 0)) ? d1 : 0;
         x1 = jsl_mul_add(x1, -d1, n);
         ox[i] = x1.x;
         oy[i] = x1.y;
@@ -338,23 +420,21 @@ static int settle_rows(const jsl_particle_tile *t, const chunk *c, const jsl_lan
 /* One sub-step of a chunk of which some rows may touch a plane, and those with near[] = 2 something
  * else. */
 static uint32_t touch_rows(const jsl_particle_tile *t, const chunk *c, int64_t first,
-                           jsl_real begin, bool planes, const jsl_lane_int *near) {
+                           jsl_real begin, bool planes, const uint8_t *near) {
     const jsl_particle_rules *rules = t->rules;
     jsl_lane_int flag[PARTICLE_CHUNK];
     jsl_particle_hits hits;
     rest_state rest;
     bool any = near != NULL;
-    if (near)
-        memcpy(flag, near, (size_t)c->n * sizeof *flag);
-    else
-        memset(flag, 0, (size_t)c->n * sizeof *flag);
+    for (int i = 0; i < c->n; i++) flag[i] = near ? near[i] : 0;
     for (int p = 0; planes && p < rules->planes; p++) {
         const jsl_particle_plane *plane = &rules->plane[p];
         any |= flag_plane(c, &rules->map, plane->n, plane->offset + plane->rate * (begin + t->h),
                           rules->contact_size, flag);
     }
     int count = any ? put_aside(c, flag, &hits) : 0;
-    uint32_t result = fly(c, &rules->map, 1) ? PARTICLE_BAD : 0;
+    uint32_t result =
+        fly_once(c->n, rules->map, c->px, c->py, c->pz, c->vx, c->vy, c->vz) ? PARTICLE_BAD : 0;
     if (count && planes && can_rest(rules)) count = settle_rows(t, c, flag, &hits, count, &rest);
     if (count) result |= jsl_particle_redo(t, first, &hits, count, begin);
     return result;
@@ -389,12 +469,32 @@ ROW_LOOP bool any_outside(const chunk *c, jsl_aabb b) {
  * --------------------------------------------------------------------------------------------------
  */
 
+/* All sub-steps of rows [begin, end) of a chunk, looking at every plane in each of them. */
+static uint32_t touch_span(const jsl_particle_tile *t, int64_t first, int count,
+                           const uint8_t *near) {
+    chunk c = {count,         t->px + first, t->py + first, t->pz + first,
+               t->vx + first, t->vy + first, t->vz + first, t->size + first};
+    uint32_t result = 0;
+    for (int s = 0; s < t->substeps; s++)
+        result |= touch_rows(t, &c, first, (jsl_real)s * t->h, t->rules->planes > 0, near);
+    return result;
+}
+
+/* Beyond its limit of stability an integrator keeps to no bounds, and absurd forces may overflow a
+ * velocity. */
+static bool is_tame(const jsl_particle_map *m) {
+    const jsl_real most = JSL_R(1e30);
+    return jsl_abs(m->keep) <= 1 && jsl_length_sq(m->dv) < most && jsl_length_sq(m->dx) < most;
+}
+
 uint32_t JSL_KERNEL(jsl_particle_move)(const jsl_particle_tile *t) {
     const jsl_particle_rules *rules = t->rules;
     const reach r = reach_of(t);
-    /* An integrator beyond its limit of stability keeps to no bounds: look at every sub-step. */
-    const bool wild = !(jsl_abs(rules->map.keep) <= 1);
-    jsl_lane_int near[PARTICLE_CHUNK];
+    guard guards[MAX_GUARDS] = {0};
+    const bool wild = !is_tame(&rules->map) || rules->planes > MAX_GUARDS;
+    for (int p = 0; p < rules->planes && !wild; p++) guards[p] = guard_of(t, &rules->plane[p], &r);
+    uint8_t near[PARTICLE_CHUNK];
+    span touched[PARTICLE_CHUNK];
     uint32_t result = 0;
     for (int64_t b = 0; b < t->count; b += PARTICLE_CHUNK) {
         int64_t left = t->count - b;
@@ -406,15 +506,19 @@ uint32_t JSL_KERNEL(jsl_particle_move)(const jsl_particle_tile *t) {
                    t->vy + b,
                    t->vz + b,
                    t->size + b};
-        bool planes = wild && rules->planes > 0;
-        for (int p = 0; p < rules->planes && !planes; p++)
-            planes = may_touch(t, &c, &rules->plane[p], &r);
-        bool solids = t->grid && flag_solids(&c, t->grid, &r, rules->contact_size, near);
-        if (!planes && !solids) {
-            if (fly(&c, &rules->map, t->substeps)) result |= PARTICLE_BAD;
+        if (t->grid && find_near(t, &c, b, &r, near)) {
+            result |= touch_span(t, b, c.n, near);
+        } else if (wild) {
+            result |= touch_span(t, b, c.n, NULL);
         } else {
-            for (int s = 0; s < t->substeps; s++)
-                result |= touch_rows(t, &c, b, (jsl_real)s * t->h, planes, solids ? near : NULL);
+            strips_job job = {&c,     &rules->map,   t->substeps, r.time, rules->contact_size,
+                              guards, rules->planes, touched,     0,      false};
+            int done = run_strips(&job);
+            if (job.bad) result |= PARTICLE_BAD;
+            for (int k = 0; k < job.touched_count; k++)
+                result |=
+                    touch_span(t, b + touched[k].begin, touched[k].end - touched[k].begin, NULL);
+            if (done < c.n) result |= touch_span(t, b + done, c.n - done, NULL);
         }
         if (t->mortal && age_rows(t->age + b, t->life + b, c.n, t->dt)) result |= PARTICLE_DIED;
         if (rules->bounded && any_outside(&c, rules->bounds)) result |= PARTICLE_OUTSIDE;

@@ -48,6 +48,10 @@ static inline void jsl_particle_apply(const jsl_particle_map *m, jsl_vec3 *x, js
 /* A uniform grid over the boxes of all finite colliders, with two empty layers of cells around it,
  * so that a position outside falls into an empty cell after clamping. near[c]: cell c or a
  * neighbour of it holds something. */
+typedef struct jsl_cells {
+    int32_t lo[3], hi[3];
+} jsl_cells;
+
 typedef struct jsl_particle_grid {
     jsl_vec3 origin;
     jsl_real cell, inv_cell;
@@ -56,18 +60,38 @@ typedef struct jsl_particle_grid {
     JSL_ARRAY(int32_t) start; /* first entry of each cell in item */
     JSL_ARRAY(int32_t) item;  /* indices into the set's finite[], ascending in a cell */
     JSL_ARRAY(jsl_aabb) box;  /* of the colliders the grid was built from; same boxes: same grid */
-    JSL_ARRAY(jsl_real) size; /* scratch */
+    JSL_ARRAY(jsl_cells) first; /* cells of each box */
+    JSL_ARRAY(jsl_real) size;   /* scratch */
 } jsl_particle_grid;
 
 jsl_result jsl_particle_grid_build(jsl_memory *memory, jsl_particle_grid *grid,
                                    const jsl_collider_set *set);
 void jsl_particle_grid_free(jsl_memory *memory, jsl_particle_grid *grid);
 
+/* Whether some box meets this one. */
+bool jsl_particle_grid_meets(const jsl_particle_grid *grid, jsl_aabb box);
+
 static inline int32_t jsl_particle_grid_axis(jsl_real x, jsl_real origin, jsl_real inv, int32_t n) {
     jsl_real f = (x - origin) * inv;
     f = f > 0 ? f : 0; /* NaN too */
     f = f < (jsl_real)(n - 1) ? f : (jsl_real)(n - 1);
     return (int32_t)f;
+}
+
+/* The cells that a box covers, clamped to the grid. */
+static inline jsl_cells jsl_particle_grid_cells(const jsl_particle_grid *g, jsl_aabb b) {
+    jsl_vec3 o = g->origin;
+    return (jsl_cells){{jsl_particle_grid_axis(b.lo.x, o.x, g->inv_cell, g->n[0]),
+                        jsl_particle_grid_axis(b.lo.y, o.y, g->inv_cell, g->n[1]),
+                        jsl_particle_grid_axis(b.lo.z, o.z, g->inv_cell, g->n[2])},
+                       {jsl_particle_grid_axis(b.hi.x, o.x, g->inv_cell, g->n[0]),
+                        jsl_particle_grid_axis(b.hi.y, o.y, g->inv_cell, g->n[1]),
+                        jsl_particle_grid_axis(b.hi.z, o.z, g->inv_cell, g->n[2])}};
+}
+
+static inline int64_t jsl_particle_cells_count(const jsl_cells *c) {
+    return (int64_t)(c->hi[0] - c->lo[0] + 1) * (c->hi[1] - c->lo[1] + 1) *
+           (c->hi[2] - c->lo[2] + 1);
 }
 
 /* -- What one emitter's particles obey during this step ------------------------------------------
@@ -98,7 +122,7 @@ static inline bool jsl_particle_meets(const jsl_particle_rules *rules,
     return (item->category & rules->mask) && (rules->category & item->mask);
 }
 
-/* Distances to a surface below this share of |x| + |y| + |z| are rounding of coordinates. */
+/* Distances along n below this share of |n.x x| + |n.y y| + |n.z z| are rounding of coordinates. */
 #define JSL_PARTICLE_SLOP (8 * JSL_REAL_EPSILON)
 
 /* -- Collisions of one particle (bounce.c)

@@ -99,7 +99,7 @@ static void many_elastic_bounces_keep_the_energy(void **state) {
     jsl_vec3 x, v;
     jsl_real last = 0;
     int bounces = 0;
-    while (bounces < 10000) {
+    for (int i = 0; i < 600000 && bounces < 10000; i++) {
         particle_stage_step(&s);
         look(&s, &x, &v);
         bounces += v.z > 0 && last <= 0;

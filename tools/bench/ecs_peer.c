@@ -6,8 +6,9 @@
  * whoever owns the memory; flecs is called by the idiom that its header offers for speed, in the
  * better of two loop shapes; every contestant must end with the same positions, bit for bit; time
  * is that of the thread, so that a busy machine takes none of it away; and large blocks come fresh
- * from the system for all, page faults included, as in a program that has just started. ecs_peer.sh
- * builds it. Floor 7.
+ * from the system for all, page faults included, as in a program that has just started. Each uses
+ * its own default allocator: that of jostle asks for huge pages where the system gives them to who
+ * asks, that of flecs and of the arrays is the C library's. ecs_peer.sh builds it. Floor 7.
  */
 #include <jostle/ecs.h>
 
