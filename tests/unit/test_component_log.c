@@ -187,6 +187,36 @@ static void only_the_components_named_are_published(void **state) {
     unlink(path);
 }
 
+/* A queue of 1 MiB and frames of 0.7 MB back to back, then frames that never fit. */
+static void dropped_frames_are_counted_and_never_halved(void **state) {
+    (void)state;
+    char path[256];
+    log_temp_path(path);
+    for (int large = 0; large < 2; large++) {
+        user_world u = make_world(large ? 20000 : 9000, 0);
+        jsl_publisher_desc desc = {
+            .log_path = path, .components_hz = 1e6, .keyframe_seconds = -1, .queue_bytes = 1 << 20};
+        jsl_publisher_stats s = log_world_to(&u, &desc, 40);
+        jsl_world_destroy(u.w.world);
+        jsl_log_file *log;
+        jsl_log_columns f;
+        static jsl_log_info info;
+        int64_t whole = 0;
+        assert_ok(jsl_log_open(path, NULL, &log));
+        while (jsl_log_next_columns(log, "every", &f) == JSL_OK) whole += f.count == 9000;
+        assert_ok(jsl_log_verify(log, &info)); /* nothing incomplete */
+        jsl_log_close(log);
+        assert_i64(s.frames_offered, 5 * 41); /* three kinds and two components */
+        assert_i64(info.frames_dropped, s.frames_dropped);
+        assert_i64(info.component_frames + info.body_frames + info.boid_frames +
+                       info.particle_frames,
+                   s.frames_sent);
+        if (large) assert_true(whole == 0 && s.frames_dropped >= 41);
+        if (!large) assert_true(whole > 0);
+    }
+    unlink(path);
+}
+
 static void every_component_of_a_mixed_world_is_built_in(void **state) {
     (void)state;
     jsl_world *world;
@@ -414,6 +444,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_component_comes_back_bit_for_bit),
         cmocka_unit_test(only_the_components_named_are_published),
+        cmocka_unit_test(dropped_frames_are_counted_and_never_halved),
         cmocka_unit_test(every_component_of_a_mixed_world_is_built_in),
         cmocka_unit_test(truncation_and_mutation_are_survived),
         cmocka_unit_test(a_log_is_exported_as_csv),
