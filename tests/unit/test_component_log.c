@@ -39,7 +39,7 @@ static void set_rows(const jsl_rows *rows, int64_t base, int64_t step) {
         c.us[i] = (uint16_t)v;
         c.i[i] = (int32_t)-v;
         c.ui[i] = (uint32_t)v;
-        c.l[i] = -v << 40;
+        c.l[i] = -v * (1ll << 40);
         c.ul[i] = (uint64_t)v << 50;
         c.id[i] = rows->entity[i];
     }
@@ -102,7 +102,7 @@ static void check_every(const jsl_log_columns *f, int64_t n) {
         assert_int_equal(((const uint16_t *)f->field[6].data)[i], (uint16_t)v);
         assert_i64(((const int32_t *)f->field[7].data)[i], (int32_t)-v);
         assert_int_equal(((const uint32_t *)f->field[8].data)[i], (uint32_t)v);
-        assert_i64(((const int64_t *)f->field[9].data)[i], -v << 40);
+        assert_i64(((const int64_t *)f->field[9].data)[i], -v * (1ll << 40));
         assert_true(((const uint64_t *)f->field[10].data)[i] == (uint64_t)v << 50);
         assert_true(((const uint64_t *)f->field[11].data)[i] == f->id[i] && f->id[i] != 0);
     }
@@ -335,7 +335,7 @@ static void a_log_is_exported_as_csv(void **state) {
                      "%lld,0.%09lld,%llu,%.9g,%.9g,%.17g,%d,%d,%d,%d,%d,%d,%lld,%llu,%llu\n",
                      (long long)step, (long long)step * 7812500, id, (double)v / 8, (double)v / 4,
                      (double)v / 3, (int8_t)-v, (uint8_t)v, (int16_t)-v, (uint16_t)v, (int)-v,
-                     (int)v, (long long)(-v << 40), (unsigned long long)v << 50, id);
+                     (int)v, (long long)(-v * (1ll << 40)), (unsigned long long)v << 50, id);
         assert_memory_equal(at, line, (size_t)n);
         at += n;
     }
