@@ -209,7 +209,7 @@ checks: libs ## floors, sizes, globals
 	@tools/check_fma.sh $(BUILD)/lib/libjostle.a $(BUILD)/lib/libjostle-f64.a
 
 test: setup ## install what is missing, build, run every test (10 minutes on 2 cores)
-	@$(MAKE) --no-print-directory -j$$(nproc) all test-bins
+	@$(MAKE) --no-print-directory -j$$(nproc) all test-bins examples
 	@BUILD=$(BUILD) SANITIZE=$(SANITIZE) tools/run_tests.sh
 
 test-all: setup ## make test, then sanitizers, clang, valgrind, -O0 and -O3
@@ -222,7 +222,13 @@ demo: setup ## simulate the showcase, log it, play it back into pictures and a v
 bench: tools ## time the kernels and print one JSON object a line
 	@$(BUILD)/bin/jostle bench all --json
 
-examples: $(BUILD)/examples.stamp
+# Float, against the static libraries; as a user would compile them, but with our warnings.
+EXAMPLES  := $(patsubst tools/examples/%.c,$(BUILD)/examples/%,$(sort $(wildcard tools/examples/*.c)))
+$(BUILD)/examples/%: $(BUILD)/obj/f32/tools/examples/%.o $(call link_libs,f32)
+	$(call say,LD,$@)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(LDBASE) $^ $(link_ext) -lm -o $@
+examples: $(EXAMPLES) ## build tools/examples/*.c into build/examples
 
 format: ## rewrite the sources with clang-format
 	@clang-format-16 -i $$(git ls-files '*.c' '*.h' '*.cpp')

@@ -100,6 +100,36 @@
     X(real, tz, "N m", JSL_STATE)                                                                  \
     X(real, still_time, "s", JSL_CACHE)
 
+/* -- Names
+ * ---------------------------------------------------------------------------------------------- */
+
+/* X(name): the components that the library registers itself. Every other one is its user's own. */
+#define JSL_BUILT_IN_COMPONENTS(X)                                                                 \
+    X(position)                                                                                    \
+    X(orientation)                                                                                 \
+    X(velocity)                                                                                    \
+    X(spin)                                                                                        \
+    X(mass)                                                                                        \
+    X(collider)                                                                                    \
+    X(look)                                                                                        \
+    X(particle)                                                                                    \
+    X(emitter)                                                                                     \
+    X(emitter_look)                                                                                \
+    X(boid)                                                                                        \
+    X(flock)                                                                                       \
+    X(flock_path)                                                                                  \
+    X(flock_path_rest)                                                                             \
+    X(body)
+
+/* Whether it is one of these; null is not. */
+#ifdef __cplusplus
+extern "C" {
+#endif
+JSL_API bool jsl_component_is_built_in(const char *name);
+#ifdef __cplusplus
+}
+#endif
+
 /* -- Columns
  * ---------------------------------------------------------------------------------------------- */
 

@@ -36,6 +36,9 @@ typedef struct jsl_scene_info {
     jsl_frame_camera camera;
     double particles_hz, boids_hz,
         bodies_hz; /* frames to publish per simulated second; 0: the publisher's default */
+    const char *const *components; /* to publish; live until the next build of this scene */
+    int component_count;           /* 0: the publisher's default */
+    double components_hz;
     bool additive; /* particles are light */
     uint64_t hash; /* of the text and everything set since */
 } jsl_scene_info;

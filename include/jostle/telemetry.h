@@ -50,6 +50,13 @@ typedef struct jsl_publisher_desc {
     uint64_t scene_hash;
     /* Frames per simulated second; 0: 30, 60, 60; < 0: never. */
     double particles_hz, boids_hz, bodies_hz;
+    /* Components whose fields are sent on JOSTLE_COLUMNS, all but their SCRATCH ones, bit for bit,
+     * entities as ids. None named: every component that you registered yourself, also later ones
+     * (see JSL_BUILT_IN_COMPONENTS). A named one must exist: JSL_ERR_NAME. Read by
+     * jsl_publisher_create only. */
+    const char *const *components;
+    int component_count;
+    double components_hz;    /* frames of each per simulated second; 0: 10; < 0: never */
     double keyframe_seconds; /* of simulated time between resumable keyframes; 0: 1; < 0: none */
     int64_t hash_every; /* steps between state hashes in the diagnostics; 0: with keyframes only */
     jsl_encoding particle_position, boid_position; /* DEFAULT: U16 in each chunk's own box */
@@ -68,8 +75,9 @@ typedef struct jsl_publisher_desc {
     jsl_logger logger; /* also called from the threads of the publisher */
 } jsl_publisher_desc;
 
-/* Of particle, boid and body frames; offered = sent + dropped + decimated + errors, exactly, at any
- * time. Every step offers a frame of every kind that the world has. */
+/* Of particle, boid, body and component frames; offered = sent + dropped + decimated + errors,
+ * exactly, at any time. Every step offers a frame of every kind that the world has, and of every
+ * component chosen. */
 typedef struct jsl_frame_counts {
     int64_t offered;
     int64_t sent;      /* queued or written */
@@ -148,6 +156,7 @@ typedef struct jsl_log_info {
     double dt;
     /* Complete frames by kind; a frame with a missing chunk is incomplete. */
     int64_t particle_frames, boid_frames, body_frames, incomplete_frames, keyframes, foreign_events;
+    int64_t component_frames;
     int64_t duplicate_chunks;
     int64_t bad_frames; /* complete, but malformed or with a wrong checksum; jsl_log_verify only */
     int64_t frames_offered, frames_dropped; /* as the writer reported at the end */
@@ -171,6 +180,28 @@ JSL_API jsl_result jsl_log_seek_time(jsl_log_file *log, double time);
 /* How many instants frames can be made for. */
 JSL_API jsl_result jsl_log_count_frames(jsl_log_file *log, int64_t *count);
 
+/* One field of a component, an array of values: F32 to U64 as named, ENTITY as uint64_t
+ * jsl_entity_id; never REAL. */
+typedef struct jsl_log_column {
+    const char *name, *unit;
+    jsl_type type;
+    const void *data; /* aligned for its type */
+} jsl_log_column;
+typedef struct jsl_log_columns {
+    double time; /* s, simulated */
+    int64_t step, session;
+    const char *component;
+    int64_t count;
+    const uint64_t *id; /* jsl_entity_id of each row */
+    int field_count;
+    const jsl_log_column *field;
+} jsl_log_columns;
+/* The next whole frame of a component (null: of any) in the order of the file, as the publisher was
+ * given it; damaged and incomplete ones are passed over. Everything in *out lives until the next
+ * call. JSL_ERR_END after the last; jsl_log_rewind begins again. */
+JSL_API jsl_result jsl_log_next_columns(jsl_log_file *log, const char *component,
+                                        jsl_log_columns *out);
+
 /* The text that the scene was made from; JSL_ERR_END when the log has none. Lives as long as the
  * log; not terminated. */
 JSL_API jsl_result jsl_log_get_scene_text(jsl_log_file *log, const char **text, int64_t *size);
@@ -186,6 +217,39 @@ typedef struct jsl_log_keyframe {
     uint64_t state_hash;
 } jsl_log_keyframe;
 JSL_API jsl_result jsl_log_get_keyframe(jsl_log_file *log, double time, jsl_log_keyframe *out);
+
+/* -- Exporting
+ * ---------------------------------------------------------------------------------------- */
+
+/* X(CODE, text) */
+#define JSL_EXPORT_FORMATS(X)                                                                      \
+    X(CSV, "csv") /* a line a row; floats with the digits that give back the same bits */          \
+    X(NPZ, "npz") /* for numpy.load: an array a field, and `fields` and `units` */
+typedef enum jsl_export_format {
+#define JSL_X(code, text) JSL_EXPORT_##code,
+    JSL_EXPORT_FORMATS(JSL_X)
+#undef JSL_X
+        JSL_EXPORT_FORMAT_COUNT
+} jsl_export_format;
+
+typedef struct jsl_export_desc {
+    const char *path; /* replaced when it exists; not left behind after a failure */
+    jsl_export_format format;
+    const char *channel; /* "particles", "boids", "bodies" or the name of a component; null: the
+                            only one that the log has */
+    double from, to;     /* s, simulated, both included; to 0: the end */
+    int64_t every;       /* every n-th frame of these; 0: 1 */
+    jsl_logger logger;
+} jsl_export_desc;
+typedef struct jsl_export_stats {
+    int64_t frames, rows;
+    int64_t lost; /* frames of any kind in the log that are incomplete or damaged */
+} jsl_export_stats;
+/* A table of step, time, id (0: the log does not tell) and every field, in order of the log. Moves
+ * the cursors of the log. JSL_ERR_NAME: the log has no such channel. JSL_ERR_CONFLICT: channel is
+ * null and there are several, or a component changed its fields on the way. *out may be null. */
+JSL_API jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc,
+                                  jsl_export_stats *out);
 
 /* -- Playing
  * ------------------------------------------------------------------------------------------------------

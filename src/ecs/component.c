@@ -3,6 +3,7 @@
  * Floor 2.
  */
 #include "ecs/store.h"
+#include <jostle/components.h>
 
 static bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -166,4 +167,12 @@ jsl_result jsl_set_mask(const jsl_ecs *ecs, const jsl_component *set, int set_co
     }
     *mask = m;
     return JSL_OK;
+}
+
+bool jsl_component_is_built_in(const char *name) {
+#define JSL_X(built_in)                                                                            \
+    if (name && strcmp(name, #built_in) == 0) return true;
+    JSL_BUILT_IN_COMPONENTS(JSL_X)
+#undef JSL_X
+    return false;
 }

@@ -329,8 +329,37 @@ static uint64_t hash_scene(const jsl_scene *scene) {
     return hash;
 }
 
+/* Copies the names: the tree may change before they are used. */
+static jsl_result keep_components(builder *b, json_t *list) {
+    jsl_scene *scene = b->scene;
+    size_t count = json_array_size(list), bytes = 1;
+    for (size_t i = 0; i < count; i++) bytes += json_string_length(json_array_get(list, i)) + 1;
+    if (count > JSL_MAX_COMPONENTS)
+        return reader_fail(&b->reader, JSL_ERR_LIMIT, "publish.components: more than %d",
+                           JSL_MAX_COMPONENTS);
+    const char **names = calloc(count + 1, sizeof *names);
+    char *text = malloc(bytes);
+    if (!names || !text) {
+        free(names);
+        free(text);
+        return JSL_ERR_MEMORY;
+    }
+    scene->component_text = text;
+    for (size_t i = 0; i < count; i++) {
+        const char *name = json_string_value(json_array_get(list, i));
+        names[i] = strcpy(text, name);
+        text += strlen(name) + 1;
+    }
+    scene->info.components = names;
+    scene->info.component_count = (int)count;
+    return JSL_OK;
+}
+
 static jsl_result read_info(builder *b, const scene_root *root) {
     jsl_scene_info *info = &b->scene->info;
+    free((void *)info->components);
+    free(b->scene->component_text);
+    b->scene->component_text = NULL;
     *info = (jsl_scene_info){.seconds = root->seconds, .hash = hash_scene(b->scene)};
     snprintf(info->name, sizeof info->name, "%s", root->name ? root->name : "unnamed");
     scene_camera camera = {0};
@@ -345,7 +374,8 @@ static jsl_result read_info(builder *b, const scene_root *root) {
     info->particles_hz = publish.particles_hz;
     info->boids_hz = publish.boids_hz;
     info->bodies_hz = publish.bodies_hz;
-    return JSL_OK;
+    info->components_hz = publish.components_hz;
+    return publish.components ? keep_components(b, publish.components) : JSL_OK;
 }
 
 static jsl_result make_world(builder *b, const scene_root *root, const jsl_scene_options *options) {

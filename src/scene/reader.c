@@ -296,6 +296,18 @@ static jsl_result read_container(scene_reader *r, json_t *value, const key *k, j
     return JSL_OK;
 }
 
+static jsl_result read_names(scene_reader *r, json_t *value, json_t **out) {
+    if (!json_is_array(value)) return reader_fail(r, JSL_ERR_FORMAT, "must be a list of strings");
+    for (size_t i = 0; i < json_array_size(value); i++) {
+        JSL_TRY(reader_push_index(r, i));
+        if (!json_is_string(json_array_get(value, i)))
+            return reader_fail(r, JSL_ERR_FORMAT, "must be a string");
+        reader_pop(r);
+    }
+    *out = value;
+    return JSL_OK;
+}
+
 static jsl_result read_value(scene_reader *r, json_t *value, const key *k, void *out) {
     double x[3];
     switch (k->kind) {
@@ -338,6 +350,8 @@ static jsl_result read_value(scene_reader *r, json_t *value, const key *k, void 
         return JSL_OK;
     case KEY_CHOICE:
         return read_choice(r, value, k, out);
+    case KEY_NAMES:
+        return read_names(r, value, out);
     case KEY_OBJECT:
     case KEY_LIST:
     case KEY_MAP:

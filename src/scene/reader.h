@@ -40,6 +40,7 @@ typedef enum key_kind {
     KEY_CHOICE,  /* int: index into choices */
     KEY_OBJECT,  /* json_t *, an object; keys says of what */
     KEY_LIST,    /* json_t *, an array of objects or vectors; keys says of what */
+    KEY_NAMES,   /* json_t *, an array of strings */
     KEY_MAP      /* json_t *, an object of named objects; keys says of what */
 } key_kind;
 

@@ -88,6 +88,8 @@ void jsl_scene_free(jsl_scene *scene) {
     json_decref(scene->root);
     free(scene->name);
     free(scene->text);
+    free(scene->component_text);
+    free((void *)scene->info.components);
     free(scene);
 }
 

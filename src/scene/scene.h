@@ -13,6 +13,7 @@ struct jsl_scene {
     json_t *root;
     jsl_logger logger;
     jsl_scene_info info;
+    char *component_text; /* what info.components points into */
 };
 
 #endif

@@ -62,6 +62,9 @@ static json_t *key_to_schema(const key *k) {
         s = json_pack("{s:s s:o}", "type", "array", "items",
                       k->keys ? table_to_schema(k->keys) : numbers(3));
         break;
+    case KEY_NAMES:
+        s = json_pack("{s:s s:{s:s}}", "type", "array", "items", "type", "string");
+        break;
     case KEY_MAP:
         s = json_pack("{s:s s:o}", "type", "object", "additionalProperties",
                       table_to_schema(k->keys));

@@ -64,6 +64,9 @@ static const key publish_keys[] = {
       "frames per simulated second; -1: never (30)"),
     K("boids_hz", KEY_DOUBLE, scene_publish, boids_hz, -1, 1e6, "Hz", "(60)"),
     K("bodies_hz", KEY_DOUBLE, scene_publish, bodies_hz, -1, 1e6, "Hz", "(60)"),
+    K("components", KEY_NAMES, scene_publish, components, 0, 0, "",
+      "components whose fields are published (those that a program adds)"),
+    K("components_hz", KEY_DOUBLE, scene_publish, components_hz, -1, 1e6, "Hz", "(10)"),
 };
 TABLE(table_publish, "publish", publish_keys);
 

@@ -29,7 +29,8 @@ typedef struct scene_camera {
 } scene_camera;
 
 typedef struct scene_publish {
-    double particles_hz, boids_hz, bodies_hz;
+    double particles_hz, boids_hz, bodies_hz, components_hz;
+    json_t *components;
 } scene_publish;
 
 typedef struct scene_shape {

@@ -72,7 +72,9 @@ void jsl_log_close(jsl_log_file *log) {
         jsl_array_free(m, &log->rgba[k]);
     }
     jsl_array_free(m, &log->body_shape);
-    jsl_array_free(m, &log->body_id);
+    for (int k = 0; k < JSL_FRAME_KINDS; k++) jsl_array_free(m, &log->id[k].at);
+    jsl_array_free(m, &log->column_bytes);
+    jsl_array_free(m, &log->column_id);
     jsl_array_free(m, &log->shape);
     jsl_map_free(m, &log->shape_map);
     jsl_map_free(m, &log->info_map);
@@ -162,5 +164,5 @@ jsl_result jsl_log_next(jsl_log_file *log, jsl_log_event *out) {
 
 void jsl_log_rewind(jsl_log_file *log) {
     log->cursor = 0;
-    log->next_instant = 0;
+    log->next_instant = log->next_columns = 0;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The reader's insides, shared by log_file.c, log_list.c, log_frame.c and play.c. Floor 6.
+ * The reader's insides, shared by log_*.c, export.c and play.c. Floor 6.
  */
 #ifndef JSL_TELEMETRY_LOG_FILE_H
 #define JSL_TELEMETRY_LOG_FILE_H
@@ -15,6 +15,7 @@ typedef enum jsl_set_kind {
     JSL_SET_BOIDS,
     JSL_SET_BODIES,
     JSL_SET_KEYFRAME,
+    JSL_SET_COLUMNS,
     JSL_SET_SCENE,
     JSL_SET_SHAPES,
     JSL_SET_BODY_INFO,
@@ -64,6 +65,7 @@ struct jsl_log_file {
     JSL_ARRAY(jsl_instant) instant;
     JSL_ARRAY(int64_t) session; /* ids in order of appearance */
     int64_t next_instant;
+    int64_t next_columns; /* of jsl_log_next_columns: into set */
 
     /* What the frame arrays hold now. */
     int32_t decoded[JSL_FRAME_KINDS]; /* set, or -1 */
@@ -72,7 +74,11 @@ struct jsl_log_file {
     jsl_float_array value[JSL_FRAME_KINDS];
     jsl_u32_array rgba[JSL_FRAME_KINDS];
     JSL_ARRAY(int32_t) body_shape;
-    JSL_ARRAY(uint64_t) body_id;
+    struct { /* of the rows in force: frames without ids keep those of the last with them */
+        JSL_ARRAY(uint64_t) at;
+        int64_t count, session; /* count -1: not known */
+        int32_t order_rev;
+    } id[JSL_FRAME_KINDS];
     int32_t scene_set, shapes_set, info_set; /* decoded tables, or -1 */
     JSL_ARRAY(jsl_frame_shape) shape; /* one more than shape_count: a shape that is nothing */
     int64_t shape_count;
@@ -86,6 +92,10 @@ struct jsl_log_file {
     float boid_length;
     jsl_arena arena;
     JSL_ARRAY(uint8_t) image, text;
+    /* What jsl_log_next_columns gave last. */
+    JSL_ARRAY(uint8_t) column_bytes;
+    JSL_ARRAY(uint64_t) column_id;
+    jsl_log_column column[JSL_MAX_COMPONENT_FIELDS];
 };
 
 /* log_file.c: the first good event at or after `at`. False at the end; *truncated then tells of a
@@ -101,8 +111,17 @@ bool jsl_log_set_of(const jsl_log_event *event, jsl_set *out, int32_t *chunk_ind
 /* Finds the chunks of a set that the index listed. JSL_ERR_FORMAT when one is missing. */
 jsl_result jsl_log_gather(jsl_log_file *log, jsl_set *set);
 
-/* log_frame.c: whether the bytes of a complete set are sound. */
-bool jsl_log_check_set(const jsl_log_file *log, const jsl_set *set);
+/* log_frame.c: the next instant that has a whole frame of its own of that kind; it becomes the
+ * present one. JSL_ERR_END after the last. */
+jsl_result jsl_log_next_of_kind(jsl_log_file *log, int kind, const jsl_instant **out);
+/* The i-th component of a field of the present frame of a kind; null when the field is absent. */
+const float *jsl_log_values(const jsl_log_file *log, int kind, int field, int i);
+/* The ids of its rows; null when they are not known. */
+const uint64_t *jsl_log_ids(const jsl_log_file *log, int kind);
+/* log_table.c: whether the bytes of a complete set are sound. */
+bool jsl_log_check_set(jsl_log_file *log, const jsl_set *set);
+/* log_component.c */
+bool jsl_log_check_columns(jsl_log_file *log, const jsl_set *set);
 /* log_table.c */
 jsl_result jsl_log_load_scene(jsl_log_file *log, int64_t session);
 jsl_result jsl_log_load_tables(jsl_log_file *log, int64_t session, int32_t scene_rev);

@@ -7,32 +7,33 @@
 typedef struct kept_field {
     int field, components;
 } kept_field;
-static const kept_field kept[JSL_FRAME_KINDS][6] = {
+#define KEPT 4
+static const kept_field kept[JSL_FRAME_KINDS][KEPT] = {
     {{JSL_FIELD_POS, 3}, {JSL_FIELD_VEL, 3}, {JSL_FIELD_RADIUS, 1}},
     {{JSL_FIELD_POS, 3}, {JSL_FIELD_VEL, 3}, {JSL_FIELD_ACCEL, 3}},
-    {{JSL_FIELD_POS, 3}, {JSL_FIELD_QUAT, 4}},
+    {{JSL_FIELD_POS, 3}, {JSL_FIELD_QUAT, 4}, {JSL_FIELD_VEL, 3}, {JSL_FIELD_ANGVEL, 3}},
 };
-#define KEPT_COMPONENTS 9
 
 /* -- Decoding
  * ------------------------------------------------------------------------------------------- */
 
 static jsl_result reserve(jsl_log_file *log, int kind, int64_t n) {
-    JSL_TRY(jsl_array_reserve(&log->memory, &log->value[kind], n * KEPT_COMPONENTS + 1));
+    int64_t components = 0;
+    for (int f = 0; f < KEPT; f++) components += kept[kind][f].components;
+    JSL_TRY(jsl_array_reserve(&log->memory, &log->value[kind], n * components + 1));
+    JSL_TRY(jsl_array_reserve(&log->memory, &log->id[kind].at, n + 1));
     JSL_TRY(jsl_array_reserve(&log->memory, &log->rgba[kind], n + 1));
     if (kind != JSL_SET_BODIES) return JSL_OK;
-    JSL_TRY(jsl_array_reserve(&log->memory, &log->body_shape, n + 1));
-    return jsl_array_reserve(&log->memory, &log->body_id, n + 1);
+    return jsl_array_reserve(&log->memory, &log->body_shape, n + 1);
 }
 
-static void decode_ids(jsl_log_file *log, const jsl_state_chunk *chunk) {
-    const jsl_chunk_column *c = jsl_chunk_find(chunk, JSL_FIELD_ID, 1);
+static void decode_bodies(jsl_log_file *log, const jsl_state_chunk *chunk) {
     for (int32_t i = 0; i < chunk->n; i++) {
-        uint64_t id = 0;
+        uint64_t id = log->fields[JSL_SET_BODIES] >> JSL_FIELD_ID & 1
+                          ? log->id[JSL_SET_BODIES].at.at[chunk->first + i]
+                          : 0;
         uint32_t at;
-        if (c && c->encoding == JSL_ENC_I64) memcpy(&id, c->data + (int64_t)i * 8, 8);
         bool known = id + 1 && jsl_map_get(&log->info_map, id + 1, &at);
-        log->body_id.at[chunk->first + i] = id;
         log->body_shape.at[chunk->first + i] =
             known ? log->info_shape.at[at] : (int32_t)log->shape_count;
         log->rgba[JSL_SET_BODIES].at[chunk->first + i] =
@@ -44,12 +45,14 @@ static void decode_ids(jsl_log_file *log, const jsl_state_chunk *chunk) {
 static const jsl_chunk_column *usable(const jsl_state_chunk *chunk, int field, int components) {
     const jsl_chunk_column *c = jsl_chunk_find(chunk, field, components);
     if (!c || c->encoding == JSL_ENC_QUAT32) return NULL;
+    if (field == JSL_FIELD_ID) return c->encoding == JSL_ENC_I64 ? c : NULL;
     return field != JSL_FIELD_COLOR || jsl_encoding_bytes(c->encoding) == 4 ? c : NULL;
 }
 
 static uint32_t fields_of(const jsl_state_chunk *chunk, int kind) {
     uint32_t has = usable(chunk, JSL_FIELD_COLOR, 1) ? 1u << JSL_FIELD_COLOR : 0;
-    for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++)
+    if (usable(chunk, JSL_FIELD_ID, 1)) has |= 1u << JSL_FIELD_ID;
+    for (int f = 0; f < KEPT && kept[kind][f].components; f++)
         if (usable(chunk, kept[kind][f].field, kept[kind][f].components))
             has |= 1u << kept[kind][f].field;
     return has;
@@ -58,7 +61,7 @@ static uint32_t fields_of(const jsl_state_chunk *chunk, int kind) {
 static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chunk) {
     int64_t n = log->count[kind], column = 0;
     if (chunk->n == 0) return; /* of an empty set: it need not have columns */
-    for (int f = 0; f < JSL_COUNT(kept[kind]) && kept[kind][f].components; f++) {
+    for (int f = 0; f < KEPT && kept[kind][f].components; f++) {
         const kept_field *k = &kept[kind][f];
         const jsl_chunk_column *c = usable(chunk, k->field, k->components);
         if (log->fields[kind] >> k->field & 1) {
@@ -72,7 +75,24 @@ static void decode_chunk(jsl_log_file *log, int kind, const jsl_state_chunk *chu
     if (log->fields[kind] >> JSL_FIELD_COLOR & 1)
         memcpy(log->rgba[kind].at + chunk->first, usable(chunk, JSL_FIELD_COLOR, 1)->data,
                (size_t)chunk->n * 4);
-    if (kind == JSL_SET_BODIES) decode_ids(log, chunk);
+    if (log->fields[kind] >> JSL_FIELD_ID & 1)
+        memcpy(log->id[kind].at.at + chunk->first, usable(chunk, JSL_FIELD_ID, 1)->data,
+               (size_t)chunk->n * 8);
+    if (kind == JSL_SET_BODIES) decode_bodies(log, chunk);
+}
+
+/* Ids that came with this frame, or with an earlier one whose rows were in the same order. */
+static void keep_ids(jsl_log_file *log, int kind, int64_t session, int32_t order_rev) {
+    int64_t n = log->count[kind];
+    if (n && !(log->fields[kind] >> JSL_FIELD_ID & 1)) {
+        if (log->id[kind].count != n || log->id[kind].session != session ||
+            log->id[kind].order_rev != order_rev)
+            log->id[kind].count = -1;
+        return;
+    }
+    log->id[kind].count = n;
+    log->id[kind].session = session;
+    log->id[kind].order_rev = order_rev;
 }
 
 /* A set becomes the present state of its kind. JSL_ERR_FORMAT: it is damaged and nothing has
@@ -102,6 +122,7 @@ static jsl_result decode_set(jsl_log_file *log, int32_t at) {
                                &chunk);
         if (chunk.n) decode_chunk(log, kind, &chunk);
     }
+    keep_ids(log, kind, set->session, chunk.order_rev);
     log->decoded[kind] = at;
     return JSL_OK;
 }
@@ -129,9 +150,19 @@ static jsl_result bring(jsl_log_file *log, int64_t at, int kind) {
 /* -- Frames
  * --------------------------------------------------------------------------------------------- */
 
-/* The i-th array of a kind, or null when its field is absent. */
-static const float *values(const jsl_log_file *log, int kind, int field, int i) {
-    return log->fields[kind] >> field & 1 ? log->value[kind].at + i * log->count[kind] : NULL;
+const float *jsl_log_values(const jsl_log_file *log, int kind, int field, int i) {
+    if (!(log->fields[kind] >> field & 1)) return NULL;
+    int64_t before = 0;
+    for (int f = 0; f < KEPT && kept[kind][f].components; f++) {
+        if (kept[kind][f].field == field)
+            return log->value[kind].at + (before + i) * log->count[kind];
+        before += kept[kind][f].components;
+    }
+    return NULL;
+}
+
+const uint64_t *jsl_log_ids(const jsl_log_file *log, int kind) {
+    return log->id[kind].count == log->count[kind] ? log->id[kind].at.at : NULL;
 }
 
 static void fill_frame(const jsl_log_file *log, const jsl_instant *t, jsl_frame *out) {
@@ -147,41 +178,41 @@ static void fill_frame(const jsl_log_file *log, const jsl_instant *t, jsl_frame 
          color_b = log->fields[b] >> JSL_FIELD_COLOR & 1;
     out->particles = (jsl_frame_particles){
         log->count[p],
-        values(log, p, JSL_FIELD_POS, 0),
-        values(log, p, JSL_FIELD_POS, 1),
-        values(log, p, JSL_FIELD_POS, 2),
-        values(log, p, JSL_FIELD_VEL, 3),
-        values(log, p, JSL_FIELD_VEL, 4),
-        values(log, p, JSL_FIELD_VEL, 5),
-        values(log, p, JSL_FIELD_RADIUS, 6),
+        jsl_log_values(log, p, JSL_FIELD_POS, 0),
+        jsl_log_values(log, p, JSL_FIELD_POS, 1),
+        jsl_log_values(log, p, JSL_FIELD_POS, 2),
+        jsl_log_values(log, p, JSL_FIELD_VEL, 0),
+        jsl_log_values(log, p, JSL_FIELD_VEL, 1),
+        jsl_log_values(log, p, JSL_FIELD_VEL, 2),
+        jsl_log_values(log, p, JSL_FIELD_RADIUS, 0),
         color_p ? log->rgba[p].at : NULL,
     };
     out->boids = (jsl_frame_boids){
         log->count[b],
-        values(log, b, JSL_FIELD_POS, 0),
-        values(log, b, JSL_FIELD_POS, 1),
-        values(log, b, JSL_FIELD_POS, 2),
-        values(log, b, JSL_FIELD_VEL, 3),
-        values(log, b, JSL_FIELD_VEL, 4),
-        values(log, b, JSL_FIELD_VEL, 5),
-        values(log, b, JSL_FIELD_ACCEL, 6),
-        values(log, b, JSL_FIELD_ACCEL, 7),
-        values(log, b, JSL_FIELD_ACCEL, 8),
+        jsl_log_values(log, b, JSL_FIELD_POS, 0),
+        jsl_log_values(log, b, JSL_FIELD_POS, 1),
+        jsl_log_values(log, b, JSL_FIELD_POS, 2),
+        jsl_log_values(log, b, JSL_FIELD_VEL, 0),
+        jsl_log_values(log, b, JSL_FIELD_VEL, 1),
+        jsl_log_values(log, b, JSL_FIELD_VEL, 2),
+        jsl_log_values(log, b, JSL_FIELD_ACCEL, 0),
+        jsl_log_values(log, b, JSL_FIELD_ACCEL, 1),
+        jsl_log_values(log, b, JSL_FIELD_ACCEL, 2),
         color_b ? log->rgba[b].at : NULL,
         log->boid_length,
     };
     out->bodies = (jsl_frame_bodies){
         log->count[r],
-        values(log, r, JSL_FIELD_POS, 0),
-        values(log, r, JSL_FIELD_POS, 1),
-        values(log, r, JSL_FIELD_POS, 2),
-        values(log, r, JSL_FIELD_QUAT, 3),
-        values(log, r, JSL_FIELD_QUAT, 4),
-        values(log, r, JSL_FIELD_QUAT, 5),
-        values(log, r, JSL_FIELD_QUAT, 6),
+        jsl_log_values(log, r, JSL_FIELD_POS, 0),
+        jsl_log_values(log, r, JSL_FIELD_POS, 1),
+        jsl_log_values(log, r, JSL_FIELD_POS, 2),
+        jsl_log_values(log, r, JSL_FIELD_QUAT, 0),
+        jsl_log_values(log, r, JSL_FIELD_QUAT, 1),
+        jsl_log_values(log, r, JSL_FIELD_QUAT, 2),
+        jsl_log_values(log, r, JSL_FIELD_QUAT, 3),
         log->count[r] ? log->body_shape.at : NULL,
         log->count[r] ? log->rgba[r].at : NULL,
-        log->count[r] ? log->body_id.at : NULL,
+        log->fields[r] >> JSL_FIELD_ID & 1 ? log->id[r].at.at : NULL,
     };
 }
 
@@ -203,6 +234,17 @@ jsl_result jsl_log_next_frame(jsl_log_file *log, jsl_frame *out) {
         JSL_TRY(jsl_log_load_scene(log, t->session));
         fill_frame(log, t, out);
         return JSL_OK;
+    }
+    return JSL_ERR_END;
+}
+
+jsl_result jsl_log_next_of_kind(jsl_log_file *log, int kind, const jsl_instant **out) {
+    JSL_TRY(jsl_log_list(log, true, NULL));
+    while (log->next_instant < log->instant.count) {
+        const jsl_instant *t = *out = &log->instant.at[log->next_instant++];
+        if (t->own[kind] < 0) continue;
+        JSL_TRY(bring(log, t - log->instant.at, kind));
+        if (log->decoded[kind] == t->own[kind]) return JSL_OK;
     }
     return JSL_ERR_END;
 }

@@ -25,6 +25,8 @@ static int kind_of(const jsl_log_event *e) {
         return -1;
     case JSL_LCM_KEYFRAME:
         return JSL_SET_KEYFRAME;
+    case JSL_LCM_COLUMNS:
+        return JSL_SET_COLUMNS;
     case JSL_LCM_SCENE:
         return JSL_SET_SCENE;
     case JSL_LCM_SHAPES:
@@ -120,7 +122,7 @@ static jsl_result add_event(jsl_log_file *log, const jsl_log_event *e, jsl_log_i
     }
     bool added;
     JSL_TRY(add_chunk(log, &log->set.at[i], e, index, &added));
-    if (!added && set.kind <= JSL_SET_KEYFRAME) info->duplicate_chunks++;
+    if (!added && set.kind <= JSL_SET_COLUMNS) info->duplicate_chunks++;
     return JSL_OK;
 }
 
@@ -235,8 +237,9 @@ static void read_stats(jsl_log_file *log, const jsl_log_event *e, jsl_log_info *
     if (jsl_message_decode(JSL_LCM_STATS, e->data, e->size, &log->arena, &m) == JSL_OK) {
         uint64_t offered = 0, dropped = 0; /* unsigned: a damaged message may hold anything */
         for (int32_t i = 0; i < m.n; i++)
-            for (int k = 0; k < JSL_FRAME_KINDS; k++)
-                if (strcmp(m.channel[i], jsl_bulk_channel((jsl_bulk)k)) == 0) {
+            for (int k = 0; k < JSL_BULK_COUNT; k++)
+                if (k != JSL_BULK_KEYFRAME &&
+                    strcmp(m.channel[i], jsl_bulk_channel((jsl_bulk)k)) == 0) {
                     offered += (uint64_t)m.frames_offered[i];
                     dropped += (uint64_t)m.frames_dropped_queue[i];
                 }
@@ -379,6 +382,10 @@ jsl_result jsl_log_list(jsl_log_file *log, bool may_use_index, jsl_log_info *inf
     bool inside = log->next_instant > 0 && log->next_instant < log->instant.count;
     jsl_instant next = {0};
     if (inside) next = log->instant.at[log->next_instant];
+    int64_t columns_from = log->next_columns == 0 ? 0
+                           : log->next_columns < log->set.count
+                               ? log->set.at[log->next_columns].offset
+                               : INT64_MAX;
     log->set.count = log->chunk.count = log->session.count = log->instant.count = 0;
     jsl_log_forget(log); /* it names sets by number */
     if (!may_use_index || !list_by_index(log)) r = list_by_hopping(log, info);
@@ -389,6 +396,10 @@ jsl_result jsl_log_list(jsl_log_file *log, bool may_use_index, jsl_log_info *inf
         while (i < log->instant.count && by_step(&log->instant.at[i], &next) < 0) i++;
         log->next_instant = i;
     }
+    log->next_columns = 0;
+    while (log->next_columns < log->set.count &&
+           log->set.at[log->next_columns].offset < columns_from)
+        log->next_columns++;
     return r;
 }
 
@@ -396,18 +407,18 @@ jsl_result jsl_log_list(jsl_log_file *log, bool may_use_index, jsl_log_info *inf
  * ---------------------------------------------------------------------------------------------------
  */
 
-static void count_sets(const jsl_log_file *log, bool check, jsl_log_info *info) {
+static void count_sets(jsl_log_file *log, bool check, jsl_log_info *info) {
     for (int64_t i = 0; i < log->set.count; i++) {
         const jsl_set *s = &log->set.at[i];
         bool whole = s->got == s->count;
-        if (s->kind > JSL_SET_KEYFRAME) continue;
+        if (s->kind > JSL_SET_COLUMNS) continue;
         if (!whole) {
             info->incomplete_frames++;
             continue;
         }
         if (check && !jsl_log_check_set(log, s)) info->bad_frames++;
         int64_t *count[] = {&info->particle_frames, &info->boid_frames, &info->body_frames,
-                            &info->keyframes};
+                            &info->keyframes, &info->component_frames};
         ++*count[s->kind];
     }
 }

@@ -11,6 +11,7 @@ void jsl_log_forget(jsl_log_file *log) {
         log->decoded[k] = -1;
         log->count[k] = 0;
         log->fields[k] = 0;
+        log->id[k].count = -1;
     }
     log->scene_set = log->shapes_set = log->info_set = -1;
 }
@@ -210,7 +211,8 @@ static int64_t join_parts(const jsl_log_file *log, const jsl_set *set, uint8_t *
     return size == total ? size : -1;
 }
 
-bool jsl_log_check_set(const jsl_log_file *log, const jsl_set *set) {
+bool jsl_log_check_set(jsl_log_file *log, const jsl_set *set) {
+    if (set->kind == JSL_SET_COLUMNS) return jsl_log_check_columns(log, set);
     uint64_t hash;
     if (set->kind == JSL_SET_KEYFRAME || set->kind == JSL_SET_SCENE_TEXT)
         return join_parts(log, set, NULL, &hash) >= 0;

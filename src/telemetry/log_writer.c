@@ -31,7 +31,8 @@ struct jsl_log_writer {
 
 const char *jsl_bulk_channel(jsl_bulk bulk) {
     static const char *const channels[JSL_BULK_COUNT] = {"JOSTLE_PARTICLES", "JOSTLE_BOIDS",
-                                                         "JOSTLE_BODIES", "JOSTLE_KEYFRAME"};
+                                                         "JOSTLE_BODIES", "JOSTLE_KEYFRAME",
+                                                         "JOSTLE_COLUMNS"};
     return channels[bulk];
 }
 

@@ -12,6 +12,7 @@ typedef enum jsl_bulk {
     JSL_BULK_BOIDS,
     JSL_BULK_BODIES,
     JSL_BULK_KEYFRAME,
+    JSL_BULK_COLUMNS, /* of all components together */
     JSL_BULK_COUNT
 } jsl_bulk;
 const char *jsl_bulk_channel(jsl_bulk bulk);

@@ -48,6 +48,9 @@ static const wire_field keyframe_fields[] = {ROWS(KEYFRAME)};
 #define MESSAGE jsl_msg_scene_text
 static const wire_field scene_text_fields[] = {ROWS(SCENE_TEXT)};
 #undef MESSAGE
+#define MESSAGE jsl_msg_columns
+static const wire_field columns_fields[] = {ROWS(COLUMNS)};
+#undef MESSAGE
 
 typedef struct wire_message {
     const wire_field *field;
@@ -61,6 +64,7 @@ static const wire_message messages[JSL_LCM_COUNT] = {
     [JSL_LCM_TIMING] = TABLE(timing_fields),       [JSL_LCM_STATS] = TABLE(stats_fields),
     [JSL_LCM_SCHEMA] = TABLE(schema_fields),       [JSL_LCM_INDEX] = TABLE(index_fields),
     [JSL_LCM_KEYFRAME] = TABLE(keyframe_fields),   [JSL_LCM_SCENE_TEXT] = TABLE(scene_text_fields),
+    [JSL_LCM_COLUMNS] = TABLE(columns_fields),
 };
 static const int wire_size[] = {1, 4, 8, 4, 8, 0};
 static const int member_size[] = {1, 4, 8, 4, 8, sizeof(char *)};

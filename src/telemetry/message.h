@@ -12,7 +12,7 @@
 
 #include "base/base.h"
 
-#define JSL_SCHEMA_VERSION 1
+#define JSL_SCHEMA_VERSION 2
 
 /* X(NAME, lcm type, fingerprint): a test compares the fingerprints with lcm-gen's. */
 #define JSL_LCM_TYPES(X)                                                                           \
@@ -31,7 +31,8 @@
     X(INDEX, log_index_t, 0x4ff1fa484ed1458aull)                                                   \
     X(PROBE, probe_t, 0x8a99dac7f57b51ffull)                                                       \
     X(KEYFRAME, keyframe_t, 0xeabeb365bf91a9a0ull)                                                 \
-    X(SCENE_TEXT, scene_text_t, 0xe94b279abf0e1879ull)
+    X(SCENE_TEXT, scene_text_t, 0xe94b279abf0e1879ull)                                             \
+    X(COLUMNS, columns_t, 0xe99f8a6f57109f18ull)
 
 typedef enum jsl_lcm_type {
 #define JSL_X(name, type, fingerprint) JSL_LCM_##name,
@@ -199,6 +200,22 @@ static inline void jsl_put_u64(uint8_t *p, uint64_t v) {
     F(i32, crc32c)                                                                                 \
     F(i32, nbytes)                                                                                 \
     B(data, nbytes)
+#define JSL_MSG_COLUMNS(F, A, V, B)                                                                \
+    JSL_STAMP_(F, A, V, B)                                                                         \
+    F(i64, frame_seq)                                                                              \
+    F(i32, chunk_index)                                                                            \
+    F(i32, chunk_count)                                                                            \
+    F(i64, first)                                                                                  \
+    F(i32, n)                                                                                      \
+    F(i64, total)                                                                                  \
+    F(i32, crc32c)                                                                                 \
+    F(str, component)                                                                              \
+    F(i32, n_fields)                                                                               \
+    V(str, field, n_fields)                                                                        \
+    V(str, unit, n_fields)                                                                         \
+    V(i8, type, n_fields)                                                                          \
+    F(i32, nbytes)                                                                                 \
+    B(data, nbytes)
 
 /* X(NAME, struct): what the tables are made for. */
 #define JSL_SMALL_MESSAGES(X)                                                                      \
@@ -211,7 +228,8 @@ static inline void jsl_put_u64(uint8_t *p, uint64_t v) {
     X(SCHEMA, jsl_msg_schema)                                                                      \
     X(INDEX, jsl_msg_index)                                                                        \
     X(KEYFRAME, jsl_msg_keyframe)                                                                  \
-    X(SCENE_TEXT, jsl_msg_scene_text)
+    X(SCENE_TEXT, jsl_msg_scene_text)                                                              \
+    X(COLUMNS, jsl_msg_columns)
 
 typedef int8_t jsl_wire_i8;
 typedef int32_t jsl_wire_i32;

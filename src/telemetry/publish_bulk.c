@@ -47,6 +47,7 @@ void jsl_publish_view(jsl_publisher *p) {
     jsl_world_view *v = &p->view;
     int count = jsl_component_count(p->ecs);
     if (count == v->component_count) return;
+    jsl_publish_choose_queries(p, v->component_count, count);
     v->component_count = count;
     v->position = find(p->ecs, "position");
     v->orientation = find(p->ecs, "orientation");
@@ -191,8 +192,7 @@ static int64_t small_reserve(const jsl_ring *ring) {
     return ring->cap / 16 < (1 << 20) ? ring->cap / 16 : 1 << 20;
 }
 
-/* Which outlets have room for the whole frame. */
-static unsigned outlets_for(jsl_publisher *p, jsl_bulk bulk, const char *channel, int64_t bytes) {
+unsigned jsl_publish_outlets(jsl_publisher *p, jsl_bulk bulk, int64_t bytes) {
     unsigned outlets = 0;
     for (int o = 0; o < JSL_OUTLETS; o++) {
         jsl_outlet *out = &p->outlet[o];
@@ -205,7 +205,6 @@ static unsigned outlets_for(jsl_publisher *p, jsl_bulk bulk, const char *channel
             out->dropped_before[bulk] = true;
         }
     }
-    (void)channel;
     return outlets;
 }
 
@@ -219,7 +218,7 @@ static void send_chunk(jsl_publisher *p, unsigned outlets, jsl_bulk bulk, jsl_st
         jsl_outlet *out = &p->outlet[o];
         uint8_t *to =
             jsl_ring_reserve(&out->ring, channel, size, p->desc.when_full == JSL_FULL_BLOCK);
-        JSL_ASSERT(to); /* outlets_for saw that there is room; blocking always finds it */
+        JSL_ASSERT(to); /* there was room; blocking always finds it */
         if (made) {
             memcpy(to, made, (size_t)size);
         } else {
@@ -260,7 +259,7 @@ jsl_result jsl_publish_bulk(jsl_publisher *p, jsl_bulk bulk, bool due) {
     int64_t chunks = jsl_state_chunk_count(&f, channel);
     int64_t bytes = chunks * (JSL_EVENT_HEAD + (int64_t)strlen(channel) + jsl_state_size(&f, 0)) +
                     jsl_state_size(&f, f.total) - jsl_state_size(&f, 0);
-    unsigned outlets = r == JSL_OK ? outlets_for(p, bulk, channel, bytes) : 0;
+    unsigned outlets = r == JSL_OK ? jsl_publish_outlets(p, bulk, bytes) : 0;
     for (int o = 0; r != JSL_OK && o < JSL_OUTLETS; o++)
         p->outlet[o].bulk[bulk].dropped += p->outlet[o].on;
     for (int64_t i = 0; outlets && i < chunks; i++) {

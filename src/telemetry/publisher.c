@@ -42,7 +42,8 @@ static bool is_due(jsl_publisher *p, jsl_bulk bulk) {
  * ---------------------------------------------------------------------------------------------- */
 
 static jsl_result check(const jsl_publisher_desc *d) {
-    const double numbers[] = {d->particles_hz, d->boids_hz, d->bodies_hz, d->keyframe_seconds};
+    const double numbers[] = {d->particles_hz, d->boids_hz, d->bodies_hz, d->components_hz,
+                              d->keyframe_seconds};
     for (int i = 0; i < JSL_COUNT(numbers); i++)
         if (!isfinite(numbers[i]))
             return jsl_fail(&d->logger, JSL_ERR_NOT_FINITE, "publisher: a rate is not finite");
@@ -91,6 +92,7 @@ static jsl_result set_up(jsl_publisher *p, const jsl_publisher_desc *d, jsl_worl
     p->hz[JSL_BULK_BODIES] = rate(d->bodies_hz, 60.0);
     p->hz[JSL_BULK_KEYFRAME] =
         d->keyframe_seconds < 0 ? -1.0 : 1.0 / rate(d->keyframe_seconds, 1.0);
+    p->hz[JSL_BULK_COLUMNS] = rate(d->components_hz, 10.0);
     for (int b = 0; b < JSL_BULK_COUNT; b++) p->due[b] = INT64_MIN;
     p->index_offset = -1;
     uint64_t session = 0;
@@ -100,6 +102,8 @@ static jsl_result set_up(jsl_publisher *p, const jsl_publisher_desc *d, jsl_worl
     p->stats_wall = p->rate_wall = jsl_seconds();
     p->rate_sim = (double)jsl_world_time_ns(world) * 1e-9;
     jsl_world_profile(world, &p->profile);
+    JSL_TRY(jsl_publish_choose(p, d));
+    p->desc.components = NULL; /* not ours to keep */
     return keep_strings(p);
 }
 
@@ -182,6 +186,7 @@ static jsl_result publish_all(jsl_publisher *p) {
         if (b == JSL_BULK_BODIES && due && (each = jsl_publish_body_info(p)) != JSL_OK) r = each;
         if ((each = jsl_publish_bulk(p, (jsl_bulk)b, due)) != JSL_OK) r = each;
     }
+    if ((each = jsl_publish_components(p, is_due(p, JSL_BULK_COLUMNS))) != JSL_OK) r = each;
     jsl_publish_diag(p);
     jsl_publish_timing(p);
     jsl_publish_index(p);
@@ -206,7 +211,8 @@ jsl_result jsl_publisher_step(jsl_publisher *p, const jsl_warnings *warnings) {
 
 static jsl_frame_counts frame_counts(const jsl_outlet *out, const jsl_sink_counts *sink) {
     jsl_frame_counts c = {0};
-    for (int b = 0; b < JSL_BULK_KEYFRAME; b++) {
+    for (int b = 0; b < JSL_BULK_COUNT; b++) {
+        if (b == JSL_BULK_KEYFRAME) continue;
         c.offered += out->bulk[b].offered;
         c.sent += out->bulk[b].queued - sink->frame_errors[b];
         c.dropped += out->bulk[b].dropped;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The publisher's insides, shared by publisher.c, publish_bulk.c and publish_small.c. Floor 6.
+ * The publisher's insides, shared by publisher.c and publish_*.c. Floor 6.
  */
 #ifndef JSL_TELEMETRY_PUBLISHER_H
 #define JSL_TELEMETRY_PUBLISHER_H
@@ -76,6 +76,10 @@ struct jsl_publisher {
     bool hashed;
     int64_t keyframe_bytes; /* of the last image */
 
+    const char *component_name[JSL_MAX_COMPONENTS]; /* those asked for; none: the user's own */
+    int component_count;
+    jsl_query component_query[JSL_MAX_COMPONENTS]; /* of the i-th registered; null: not published */
+
     double rate_wall, rate_sim, real_time_factor, stats_wall;
     jsl_profile profile; /* at the last timing message */
 
@@ -92,6 +96,15 @@ void jsl_publish_view(jsl_publisher *p);
 jsl_result jsl_publish_bulk(jsl_publisher *p, jsl_bulk bulk, bool due);
 jsl_result jsl_publish_body_info(jsl_publisher *p);
 int64_t jsl_publish_rows(jsl_publisher *p, jsl_bulk bulk);
+
+/* Which outlets have room for a whole frame of `bytes` (headers included); the others count it as
+ * dropped. */
+unsigned jsl_publish_outlets(jsl_publisher *p, jsl_bulk bulk, int64_t bytes);
+
+/* publish_component.c */
+jsl_result jsl_publish_choose(jsl_publisher *p, const jsl_publisher_desc *desc);
+void jsl_publish_choose_queries(jsl_publisher *p, int known, int count);
+jsl_result jsl_publish_components(jsl_publisher *p, bool due);
 
 /* publish_small.c */
 /* Encodes to every outlet of the mask and publishes. kind: the index entry of it; 0: none. */

@@ -3,6 +3,7 @@
  */
 #include "helper.h"
 
+#include "telemetry/component.h"
 #include "telemetry/message.h"
 #include "telemetry/schema.h"
 #include "telemetry/state.h"
@@ -10,6 +11,7 @@
 #include <jostle/ecs.h>
 #include <jostle_body_info_t.h>
 #include <jostle_column_t.h>
+#include <jostle_columns_t.h>
 #include <jostle_command_t.h>
 #include <jostle_contacts_t.h>
 #include <jostle_diag_t.h>
@@ -502,6 +504,55 @@ static void state_chunks_are_what_lcm_gen_would_write(void **state) {
     free(r);
 }
 
+static void component_columns_are_equal(void **state) {
+    (void)state;
+    for (int n = 0; n < 40; n += 13) {
+        uint64_t seed = 3;
+        const char *const field[] = {"kelvin", "owner", "tick"}, *const unit[] = {"K", "", "1"};
+        int8_t type[] = {JSL_TYPE_F32, JSL_TYPE_ENTITY, JSL_TYPE_U16};
+        uint8_t data[40 * 22];
+        for (size_t i = 0; i < sizeof data; i++) data[i] = (uint8_t)next_bits(&seed);
+        int32_t bytes = n * (8 + 4 + 8 + 2);
+        jsl_msg_columns a = {STAMP,
+                             .frame_seq = 9,
+                             .chunk_index = 1,
+                             .chunk_count = 3,
+                             .first = 100,
+                             .n = n,
+                             .total = 1000,
+                             .crc32c = (int32_t)jsl_crc32c(0, data, (size_t)bytes),
+                             .component = "temperature",
+                             .n_fields = 3,
+                             .field = field,
+                             .unit = unit,
+                             .type = type,
+                             .nbytes = bytes,
+                             .data = data};
+        jostle_columns_t b = {.wall_us = a.wall_us,
+                              .session = a.session,
+                              .step = a.step,
+                              .sim_ns = a.sim_ns,
+                              .frame_seq = 9,
+                              .chunk_index = 1,
+                              .chunk_count = 3,
+                              .first = 100,
+                              .n = n,
+                              .total = 1000,
+                              .crc32c = a.crc32c,
+                              .component = (char *)(uintptr_t)a.component,
+                              .n_fields = 3,
+                              .field = (char **)(uintptr_t)field,
+                              .unit = (char **)(uintptr_t)unit,
+                              .type = type,
+                              .nbytes = bytes,
+                              .data = data};
+        CHECK_BOTH(COLUMNS, columns_t, &a, &b);
+    }
+    assert_int_equal(JOSTLE_COLUMNS_T_COL_F32, JSL_TYPE_F32);
+    assert_int_equal(JOSTLE_COLUMNS_T_COL_U64, JSL_TYPE_U64);
+    assert_int_equal(JOSTLE_COLUMNS_T_COL_ID, JSL_TYPE_ENTITY);
+}
+
 static void damaged_state_chunks_are_refused_or_fail_their_checksum(void **state) {
     (void)state;
     rows *r = malloc(sizeof *r);
@@ -538,6 +589,7 @@ int main(void) {
         cmocka_unit_test(diagnostics_and_timing_are_equal),
         cmocka_unit_test(statistics_schema_and_index_are_equal),
         cmocka_unit_test(byte_blocks_are_equal),
+        cmocka_unit_test(component_columns_are_equal),
         cmocka_unit_test(state_chunks_are_what_lcm_gen_would_write),
         cmocka_unit_test(damaged_state_chunks_are_refused_or_fail_their_checksum),
     };

@@ -119,7 +119,8 @@ static void copies_stand_where_grid_and_ring_put_them(void **state) {
 static void the_info_says_what_the_file_says(void **state) {
     (void)state;
     const char *text = "{\"name\": \"n\", \"seconds\": 3, \"camera\": {\"eye\": [1, 2, 3], "
-                       "\"fov\": 50}, \"publish\": {\"boids_hz\": 12}}";
+                       "\"fov\": 50}, \"publish\": {\"boids_hz\": 12, "
+                       "\"components\": [\"temperature\", \"wet\"], \"components_hz\": 5}}";
     jsl_scene *scene;
     jsl_world *w;
     assert_ok(jsl_scene_parse("s", text, strlen(text), NULL, &scene));
@@ -130,6 +131,10 @@ static void the_info_says_what_the_file_says(void **state) {
     assert_close(i->camera.eye[1], 2, 0);
     assert_close(i->camera.fov, 50, 0);
     assert_close(i->boids_hz, 12, 0);
+    assert_int_equal(i->component_count, 2);
+    assert_string_equal(i->components[0], "temperature");
+    assert_string_equal(i->components[1], "wet");
+    assert_close(i->components_hz, 5, 0);
     uint64_t hash = i->hash;
     jsl_world_destroy(w);
     assert_ok(jsl_scene_set(scene, "seconds=4"));
