@@ -126,7 +126,7 @@ $(foreach i,$(ISAS),
 $(BUILD)/obj/$(1)/%_kernel.$(i).o: %_kernel.c
 	$$(call say,CC,$$< $(1) $(i))
 	@mkdir -p $$(@D)
-	$$(Q)$$(CC) $$(CBASE) $$(if $$(filter -O2,$$(OPT)),-O3,$$(OPT)) $(DEF_$(1)) -DJSL_KERNEL_ISA=$$(ISA_$(i)) -c $$< -o $$@
+	$$(Q)$$(CC) $$(CBASE) $$(if $$(SANITIZE),-O1,$$(if $$(filter -O2,$$(OPT)),-O3,$$(OPT))) $(DEF_$(1)) -DJSL_KERNEL_ISA=$$(ISA_$(i)) -c $$< -o $$@
 )
 endef
 $(foreach p,$(PRECS),$(eval $(call precision_rules,$(p))))

@@ -64,6 +64,12 @@ static jsl_real median_side(jsl_particle_grid *grid) {
     return n ? side[k] : 0;
 }
 
+/* The most cells that so many boxes are given. */
+static int64_t max_cells(int64_t boxes) {
+    int64_t limit = boxes * 64 < 16384 ? 16384 : boxes * 64;
+    return limit < MAX_CELLS ? limit : MAX_CELLS;
+}
+
 static void choose_cells(jsl_particle_grid *grid) {
     jsl_aabb all = {{0, 0, 0}, {-1, 0, 0}};
     int64_t usable = 0;
@@ -80,8 +86,7 @@ static void choose_cells(jsl_particle_grid *grid) {
     if (!usable) return;
     /* Half a box: finer cells turn more particles away, coarser ones are filled faster. */
     jsl_real cell = jsl_max(JSL_R(0.5) * median_side(grid), JSL_R(1e-6));
-    double limit = (double)(usable * 64 < 16384 ? 16384 : usable * 64);
-    if (limit > MAX_CELLS) limit = MAX_CELLS;
+    double limit = (double)max_cells(usable);
     jsl_vec3 d = jsl_sub(all.hi, all.lo);
     for (;; cell *= JSL_R(1.25)) {
         double x = floor((double)d.x / (double)cell) + 6, y = floor((double)d.y / (double)cell) + 6;
@@ -112,8 +117,9 @@ static inline int64_t cell_index(const jsl_particle_grid *grid, int32_t x, int32
 /* Counting sort of the items by cell: ascending items within a cell. */
 static jsl_result fill_cells(jsl_memory *memory, jsl_particle_grid *grid) {
     int64_t cells = (int64_t)grid->n[0] * grid->n[1] * grid->n[2];
-    JSL_TRY(jsl_array_reserve(memory, &grid->start, cells + 1));
-    JSL_TRY(jsl_array_reserve(memory, &grid->near, cells));
+    /* Room for as many as there may ever be: boxes that drift apart take no memory. */
+    JSL_TRY(jsl_array_reserve(memory, &grid->start, max_cells(grid->box.count) + 1));
+    JSL_TRY(jsl_array_reserve(memory, &grid->near, max_cells(grid->box.count)));
     JSL_TRY(jsl_array_reserve(memory, &grid->first, grid->box.count));
     memset(grid->start.at, 0, (size_t)(cells + 1) * sizeof(int32_t));
     memset(grid->near.at, 0, (size_t)cells);
