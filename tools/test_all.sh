@@ -23,6 +23,19 @@ if command -v valgrind >/dev/null; then
     step "valgrind" valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite \
         build/bin/jostle run tools/scenes/showcase.json --seconds 0.2 --log build/valgrind.lcmlog
 else echo "skipped: valgrind is not installed"; fi
+# One scene, one seed, one hash: whatever the optimisation level.
+same_hash() {
+    set -- build/bin/jostle build/O0/bin/jostle build/O3/bin/jostle
+    first=""
+    for jostle in "$@"; do
+        for variant in "$jostle" "$jostle-f64"; do
+            "$variant" run tools/scenes/showcase.json --seconds 2 --json |
+                python3 -c 'import json,sys; d=json.load(sys.stdin); print(d["precision"], d["state_hash"])' || return 1
+        done
+    done | sort -u | tee build/test-all.log
+    [ "$(wc -l <build/test-all.log)" = 2 ] # one line a precision
+}
+step "equal hashes at -O0, -O2, -O3" same_hash
 if [ -n "$failed" ]; then
     echo "failed: ${failed#, }"
     exit 1
