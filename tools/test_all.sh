@@ -32,8 +32,9 @@ same_hash() {
             "$variant" run tools/scenes/showcase.json --seconds 2 --json |
                 python3 -c 'import json,sys; d=json.load(sys.stdin); print(d["precision"], d["state_hash"])' || return 1
         done
-    done | sort -u | tee build/test-all.log
-    [ "$(wc -l <build/test-all.log)" = 2 ] # one line a precision
+    done | sort -u >build/hashes.txt
+    cat build/hashes.txt
+    [ "$(wc -l <build/hashes.txt)" = 2 ] # one line a precision
 }
 step "equal hashes at -O0, -O2, -O3" same_hash
 if [ -n "$failed" ]; then
