@@ -193,7 +193,7 @@ static jsl_result choose_channel(exporter *e) {
     if (!count) return jsl_fail(&e->desc->logger, JSL_ERR_NAME, "export: the log has no frames");
     if (!name && count > 1)
         return jsl_fail(&e->desc->logger, JSL_ERR_CONFLICT, "export: choose a channel: %s", list);
-    snprintf(e->channel, sizeof e->channel, "%s", name ? name : list);
+    snprintf(e->channel, sizeof e->channel, "%.*s", (int)sizeof e->channel - 1, name ? name : list);
     e->kind = JSL_SET_COLUMNS;
     for (int k = 0; k < JSL_FRAME_KINDS; k++)
         if (strcmp(e->channel, kind_names[k]) == 0) e->kind = k;

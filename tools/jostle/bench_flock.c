@@ -341,7 +341,7 @@ static int bench_size(jsl_bench_emit *emit, int n, int neighbours) {
     ours all[CONTESTANTS];
     memset(all, 0, sizeof all);
     plain p = {0};
-    double best[CONTESTANTS], scalar;
+    double best[CONTESTANTS], scalar = 0;
     bool fine = true;
     for (int k = 0; k < CONTESTANTS && fine; k++)
         fine = ours_open(&all[k], n, half, threads[k], period[k]);

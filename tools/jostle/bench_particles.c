@@ -216,7 +216,7 @@ typedef struct motion_case {
 
 static void bench_motion(const motion_case *c, int64_t n, int threads, bench_emit *emit) {
     bench b;
-    double ours, peer;
+    double ours = 0, peer = 0;
     jsl_emitter_desc desc = breeze;
     if (c->elastic) desc = (jsl_emitter_desc){.restitution = 1};
     bench_open(&b, threads, &desc);
@@ -234,7 +234,7 @@ static void bench_motion(const motion_case *c, int64_t n, int threads, bench_emi
 
 static void bench_tower(int64_t n, int boxes, int threads, bench_emit *emit) {
     bench b;
-    double ours, peer;
+    double ours = 0, peer = 0;
     jsl_emitter_desc desc = {.restitution = JSL_R(0.4), .friction = JSL_R(0.3), .drag = JSL_R(0.1)};
     bench_open(&b, threads, &desc);
     add_collider(&b, (jsl_shape_desc){.kind = JSL_SHAPE_PLANE}, jsl_v3(0, 0, 0));
@@ -255,7 +255,7 @@ static void bench_tower(int64_t n, int boxes, int threads, bench_emit *emit) {
 
 static void bench_turnover(int64_t n, int threads, bench_emit *emit) {
     bench b;
-    double ours, peer;
+    double ours = 0, peer = 0;
     jsl_emitter_desc desc = {.mode = JSL_EMIT_REFILL,
                              .max_particles = n,
                              .life = JSL_R(10.0 / 60),
@@ -283,7 +283,7 @@ static void colors(bench *b) {
 
 static void bench_colors(int64_t n, bench_emit *emit) {
     bench b;
-    double ours, peer;
+    double ours = 0, peer = 0;
     jsl_emitter_desc desc = {.life = 2, .key_count = 4};
     for (int i = 0; i < 4; i++)
         desc.key[i] = (jsl_particle_key){(jsl_real)i / 3, 0x20406080u * (uint32_t)(i + 1), 1};
