@@ -38,7 +38,7 @@ WARN     := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -
 FLOAT    := -ffp-contract=off -fno-math-errno -fno-trapping-math
 SAN      := $(if $(SANITIZE),-fsanitize=$(SANITIZE) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 CSTD     := -std=c17 -D_POSIX_C_SOURCE=200809L -D_DEFAULT_SOURCE
-CBASE     = $(CSTD) $(WARN) $(FLOAT) -g $(SAN) -fPIC -fvisibility=hidden -ffunction-sections -fdata-sections -pthread \
+CBASE     = $(CSTD) $(WARN) $(FLOAT) -g -ffile-prefix-map=$(CURDIR)=. $(SAN) -fPIC -fvisibility=hidden -ffunction-sections -fdata-sections -pthread \
             -Iinclude -Isrc -MMD -MP $(CFLAGS)
 LDBASE    = $(SAN) -pthread -Wl,--gc-sections $(LDFLAGS)
 
@@ -53,7 +53,7 @@ pkgcflags = $(shell pkg-config --cflags $(1) 2>/dev/null)
 pkglibs   = $(shell pkg-config --libs $(1) 2>/dev/null)
 
 # -- Libraries ----------------------------------------------------------------------------------------
-ROOMS_core   := base math ecs geometry particle flock agent rigid world
+ROOMS_core   := base math ecs geometry particle flock rigid world
 ROOMS_scene  := scene
 ROOMS_lcm    := telemetry
 ROOMS_render := render

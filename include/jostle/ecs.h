@@ -308,11 +308,6 @@ JSL_API const char *jsl_stage_text(jsl_stage stage);
 #define JSL_WARNINGS(X)                                                                            \
     X(BAD_STATE, "an entity became non-finite and was frozen at its last good state")              \
     X(VELOCITY_CLAMPED, "a speed was limited")                                                     \
-    X(NOT_CONVERGED, "the solver stopped above its residual tolerance")                            \
-    X(TOI_LIMIT, "an island had more impacts in one step than the limit")                          \
-    X(UNDER_RESOLVED, "a position is too large for its scalar type to resolve the motion")         \
-    X(OVERLAP_AT_SPAWN, "a body was created inside another")                                       \
-    X(CONTACTS_FULL, "contacts were dropped at the limit")                                         \
     X(PARTICLES_FULL, "an emitter could not emit: its particle limit was reached")                 \
     X(OUT_OF_MEMORY, "a system could not get scratch memory and skipped work")
 typedef enum jsl_warning {

@@ -65,7 +65,7 @@ static jsl_result read_shape(builder *b, json_t *object, jsl_shape *out) {
     if (!object) return reader_fail(&b->reader, JSL_ERR_ARGUMENT, "a body needs a \"shape\"");
     JSL_TRY(reader_push_key(&b->reader, "shape"));
     JSL_TRY(reader_object(&b->reader, object, &table_shape, &s, &present));
-    if (present == 0 || (present & (present - 1)) != 0)
+    if (present == 0 || (present & (present - 1)) != 0 || (present == 8 && !s.plane))
         return reader_fail(&b->reader, JSL_ERR_ARGUMENT,
                            "give exactly one of sphere, box, capsule, plane");
     jsl_shape_desc desc = {0};

@@ -253,7 +253,7 @@ static const key flock_keys[] = {
     K("max_speed", KEY_REAL, scene_flock, desc.max_speed, TINY, 1e9, "m/s", "(9)"),
     K("min_speed", KEY_REAL, scene_flock, desc.min_speed, 0, 1e9, "m/s", "(0)"),
     K("max_accel", KEY_REAL, scene_flock, desc.max_accel, TINY, 1e9, "m/s^2",
-      "the budget that is negotiated (27)"),
+      "the budget that is negotiated (36)"),
     CHOICE("negotiation", scene_flock, desc.negotiation, negotiations, "(priority)"),
     CHOICE("response", scene_flock, desc.response, responses, "(direction)"),
     K("period", KEY_INT32, scene_flock, desc.period, 1, 64, "steps",

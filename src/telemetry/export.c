@@ -390,7 +390,11 @@ jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc, jsl_ex
     exporter e = {.log = log, .desc = desc};
     JSL_TRY(choose_channel(&e));
     JSL_TRY(survey(&e, &stats));
-    FILE *file = fopen(desc->path, "wb");
+    /* Written beside it and renamed: a failure leaves what was there, and the log itself is safe.
+     */
+    char part[4096];
+    int n = snprintf(part, sizeof part, "%s.part", desc->path);
+    FILE *file = n > 0 && (size_t)n < sizeof part ? fopen(part, "wb") : NULL;
     if (!file)
         return jsl_fail(&desc->logger, JSL_ERR_IO, "export: '%s' cannot be written: %s", desc->path,
                         strerror(errno));
@@ -399,12 +403,13 @@ jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc, jsl_ex
         desc->format == JSL_EXPORT_CSV ? write_csv(&e, file) : write_npz(&e, file, stats.rows, &z);
     jsl_npz_free(&z);
     if (fclose(file) != 0 && r == JSL_OK) r = JSL_ERR_IO;
+    if (r == JSL_OK && rename(part, desc->path) != 0) r = JSL_ERR_IO;
     jsl_log_rewind(log);
     if (r == JSL_OK) {
         if (out) *out = stats;
         return JSL_OK;
     }
-    (void)unlink(desc->path);
+    (void)unlink(part);
     return jsl_fail(&desc->logger, r, "export: '%s' could not be written: %s", desc->path,
                     jsl_result_text(r));
 }

@@ -64,6 +64,35 @@ check "render a contact sheet" "$jostle" render run.lcmlog --sheet sheet.png --w
 if command -v ffmpeg >/dev/null; then check "render a video" "$jostle" render run.lcmlog -o v.mp4 --width 160 --height 90 --fps 5 --quiet; fi
 check "a picture needs a pattern" test "$("$jostle" render run.lcmlog -o 'x_%s.png' 2>/dev/null; echo $?)" = 2
 
+# The first picture is the first instant.
+"$jostle" render run.lcmlog -o 'first_%d.png' --to 0 --width 640 --height 360 --quiet
+"$jostle" run "$scene" --seconds 0.5 --log late.lcmlog --quiet
+"$jostle" render late.lcmlog -o 'late_%d.png' --to 0.1 --fps 60 --width 640 --height 360 --quiet
+check "the picture at 0 s shows step 0" cmp first_0.png late_0.png
+check "the picture one step later is another" bash -c '! cmp -s late_0.png late_1.png'
+
+# Nothing that was there is lost.
+cp run.lcmlog same.lcmlog
+check "export refuses to replace the log" test "$("$jostle" log export same.lcmlog --channel bodies --format csv -o same.lcmlog 2>/dev/null; echo $?)" = 2
+check "render refuses to replace the log" test "$("$jostle" render same.lcmlog --sheet same.lcmlog 2>/dev/null; echo $?)" = 2
+check "the log is still there" cmp run.lcmlog same.lcmlog
+cp "$scene" own.json
+check "run refuses to replace the scene" test "$("$jostle" run own.json --log own.json 2>/dev/null; echo $?)" = 2
+check "the scene is still there" cmp "$scene" own.json
+echo precious >precious.mp4
+timeout -s INT 1 "$jostle" render run.lcmlog -o precious.mp4 --quiet 2>/dev/null
+check "a video that was there survives a render that is stopped" grep -q precious precious.mp4
+check "and no part of the new one is left" test ! -e precious.part.mp4
+
+# Damage does not pass as sound.
+cp run.lcmlog damaged.lcmlog
+printf 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx' | dd of=damaged.lcmlog bs=1 seek=$(($(stat -c %s run.lcmlog) / 2)) conv=notrunc 2>/dev/null
+check "log info tells of damaged bytes" test "$("$jostle" log info damaged.lcmlog >/dev/null 2>&1; echo $?)" = 1
+echo nonsense >nonsense.lcmlog
+check "play refuses what is no log" test "$("$jostle" play nonsense.lcmlog --lcm memq:// 2>/dev/null; echo $?)" = 2
+"$jostle" run "$scene" --seconds 0 --json >zero.json
+check "no step changes no energy" test "$(field zero.json energy.drift_rel)" = 0.0
+
 # Ctrl-C ends the run properly: summary, closed log.
 "$jostle" run "$scene" --seconds 100000 --log int.lcmlog >int.txt 2>&1 &
 pid=$!

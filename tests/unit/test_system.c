@@ -235,7 +235,7 @@ static void warn_rows(const jsl_step_context *context, const jsl_rows *rows, voi
     (void)user;
     jsl_warn(context, JSL_WARN_BAD_STATE, 2, rows->entity[rows->count - 1]);
     jsl_warn(context, JSL_WARN_BAD_STATE, 1, rows->entity[0]);
-    jsl_warn(context, JSL_WARN_CONTACTS_FULL, 1, (jsl_entity){0, 0});
+    jsl_warn(context, JSL_WARN_PARTICLES_FULL, 1, (jsl_entity){0, 0});
     jsl_warn(context, (jsl_warning)99, 1, rows->entity[0]);
     assert_result(jsl_entity_destroy(context->ecs, rows->entity[0]), JSL_ERR_STATE);
     assert_result(jsl_schedule_run(context->ecs, JSL_STAGE_MOVE, context), JSL_ERR_STATE);
@@ -258,9 +258,9 @@ static void warnings_are_counted_and_name_the_lowest_offender(void **state) {
     jsl_step_context context = {.warnings = &warnings};
     assert_ok(jsl_schedule_run(f.ecs, JSL_STAGE_MOVE, &context));
     assert_i64(warnings.count[JSL_WARN_BAD_STATE], 35);
-    assert_i64(warnings.count[JSL_WARN_CONTACTS_FULL], 10);
+    assert_i64(warnings.count[JSL_WARN_PARTICLES_FULL], 10);
     assert_true(jsl_entity_equal(warnings.first[JSL_WARN_BAD_STATE], e[0]));
-    assert_true(jsl_entity_is_null(warnings.first[JSL_WARN_CONTACTS_FULL]));
+    assert_true(jsl_entity_is_null(warnings.first[JSL_WARN_PARTICLES_FULL]));
     assert_ok(jsl_schedule_run(f.ecs, JSL_STAGE_MOVE, &(jsl_step_context){0}));
     fixture_close(&f);
 }
@@ -269,8 +269,8 @@ static void stages_warnings_and_types_have_texts(void **state) {
     (void)state;
     assert_string_equal(jsl_stage_text(JSL_STAGE_OUTBOX), "outbox");
     assert_non_null(jsl_stage_text((jsl_stage)99));
-    assert_string_equal(jsl_warning_name(JSL_WARN_TOI_LIMIT), "TOI_LIMIT");
-    assert_non_null(jsl_warning_text(JSL_WARN_TOI_LIMIT));
+    assert_string_equal(jsl_warning_name(JSL_WARN_VELOCITY_CLAMPED), "VELOCITY_CLAMPED");
+    assert_non_null(jsl_warning_text(JSL_WARN_VELOCITY_CLAMPED));
     assert_null(jsl_warning_name((jsl_warning)-1));
     assert_null(jsl_warning_text(JSL_WARN_COUNT));
     assert_int_equal(jsl_type_size(JSL_TYPE_REAL), sizeof(jsl_real));

@@ -10,6 +10,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -83,7 +84,8 @@ static int store_number(const command *self, const option_row *row, const char *
     if (!isfinite(x)) return bad_value(self, row, value, "must be finite");
     if ((row->lo != 0 || row->hi != 0) && (x < row->lo || x > row->hi)) {
         char why[80];
-        snprintf(why, sizeof why, row->hi >= 1e30 ? "must be at least %g" : "must be from %g to %g",
+        snprintf(why, sizeof why,
+                 x < row->lo && row->hi >= 1e30 ? "must be at least %g" : "must be from %g to %g",
                  row->lo, row->hi);
         return bad_value(self, row, value, why);
     }
@@ -170,6 +172,12 @@ void catch_signals(void) {
 /* -- Progress
  * ------------------------------------------------------------------------------------------------
  */
+
+bool same_file(const char *a, const char *b) {
+    struct stat x, y;
+    return a && b && stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev &&
+           x.st_ino == y.st_ino;
+}
 
 double wall_seconds(void) {
     struct timespec t;

@@ -70,6 +70,8 @@ void progress_show(progress *p, double done, double total, const char *unit);
 void progress_end(progress *p);
 
 double wall_seconds(void);
+/* Both names lead to one existing file; null names do not. */
+bool same_file(const char *a, const char *b);
 /* "12.3 MB" in a static-free way: writes into text. */
 const char *human_bytes(double bytes, char *text, size_t size);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * jostle explain: what a scene is made of, which systems will run and why, and what it costs in memory.
+ * jostle explain: what a scene is made of, which systems will run and why, and what it costs in
+ * memory.
  */
 #include "cli.h"
 
@@ -30,7 +31,8 @@ static void print_tables(const jsl_ecs *ecs) {
         jsl_table_info info;
         if (jsl_table_get(ecs, t, &info) != JSL_OK || info.rows == 0) continue;
         printf("  %8lld rows of %4d bytes, %8s%s: ", (long long)info.rows, info.row_bytes,
-               human_bytes((double)info.bytes, text, sizeof text), info.keeps_order ? ", in order" : "");
+               human_bytes((double)info.bytes, text, sizeof text),
+               info.keeps_order ? ", in order" : "");
         print_set(ecs, info.components);
         putchar('\n');
     }
@@ -51,8 +53,8 @@ static void print_fields(const jsl_ecs *ecs) {
         printf("  %-14s %4d  ", desc->name, component_bytes(desc));
         for (int f = 0; f < desc->field_count && f < 8; f++) {
             const jsl_field *field = &desc->fields[f];
-            printf("%s%s(%d%s%s%s)", f ? " " : "", field->name, jsl_type_size(field->type), field->unit[0] ? " " : "",
-                   field->unit, role[field->role]);
+            printf("%s%s(%d%s%s%s)", f ? " " : "", field->name, jsl_type_size(field->type),
+                   field->unit[0] ? " " : "", field->unit, role[field->role]);
         }
         if (desc->field_count > 8) printf(" and %d more", desc->field_count - 8);
         putchar('\n');
@@ -105,8 +107,9 @@ static int explain(const command *self, jsl_scene *scene) {
     char text[32];
     jsl_profile profile;
     jsl_world_profile(world, &profile);
-    printf("%s: dt %g s, %d substeps, seed %llu, %s, %s\n", jsl_scene_get_info(scene)->name, (double)s->dt, s->substeps,
-           (unsigned long long)s->seed, jsl_isa_text(s->isa), JSL_PRECISION_TEXT);
+    printf("%s: dt %g s, %d substeps, seed %llu, %s, %s\n", jsl_scene_get_info(scene)->name,
+           (double)s->dt, s->substeps, (unsigned long long)s->seed, jsl_isa_text(s->isa),
+           JSL_PRECISION_TEXT);
     printf("after one step: %lld entities, %s\n", (long long)jsl_entity_count(ecs),
            human_bytes((double)profile.memory_bytes, text, sizeof text));
     print_tables(ecs);
@@ -117,7 +120,9 @@ static int explain(const command *self, jsl_scene *scene) {
         if (profile.entered[i]) printf("%s ", jsl_stage_text((jsl_stage)i));
     putchar('\n');
     jsl_world_destroy(world);
-    return result == JSL_OK ? EXIT_DONE : complain(self, EXIT_LOST, "the step failed: %s", jsl_result_text(result));
+    return result == JSL_OK
+               ? EXIT_DONE
+               : complain(self, EXIT_LOST, "the step failed: %s", jsl_result_text(result));
 }
 
 static int run(const command *self, int argc, char **argv) {
@@ -128,7 +133,8 @@ static int run(const command *self, int argc, char **argv) {
     int first;
     int status = parse_options(self, rows, 1, argc, argv, &first);
     if (status >= 0) return status;
-    if (argc - first != 1) return complain(self, EXIT_INPUT, "name one scene file; see jostle explain --help");
+    if (argc - first != 1)
+        return complain(self, EXIT_INPUT, "name one scene file; see jostle explain --help");
     jsl_logger logger = stderr_logger();
     jsl_scene *scene;
     if (jsl_scene_load(argv[first], &logger, &scene) != JSL_OK) return EXIT_INPUT;
@@ -144,7 +150,8 @@ const command command_explain = {
     .name = "explain",
     .summary = "tell what a scene is made of, which systems will run and why",
     .usage = "SCENE.json [--set KEY=VALUE]",
-    .details = "Simulates one step and prints the tables, the bytes of an entity by field, and the systems in their order.",
+    .details = "Simulates one step and prints the tables, the bytes of an entity by field, and the "
+               "systems in their order.",
     .example = "jostle explain tools/scenes/showcase.json",
     .run = run,
 };

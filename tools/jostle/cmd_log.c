@@ -24,10 +24,10 @@ static void print_info(const char *path, const jsl_log_info *i) {
            i->sessions == 1 ? "" : "s");
     printf("wall clock   %.3f s\n", 1e-6 * (double)(i->last_us - i->first_us));
     printf("frames       %lld particle, %lld boid, %lld body, %lld component; %lld incomplete; "
-           "%lld keyframes\n",
+           "%lld damaged; %lld keyframes\n",
            (long long)i->particle_frames, (long long)i->boid_frames, (long long)i->body_frames,
            (long long)i->component_frames, (long long)i->incomplete_frames,
-           (long long)i->keyframes);
+           (long long)i->bad_frames, (long long)i->keyframes);
     printf("writer       %lld frames offered, %lld dropped\n", (long long)i->frames_offered,
            (long long)i->frames_dropped);
     if (i->holes)
@@ -74,13 +74,15 @@ typedef struct log_options {
 
 static int run_info(const command *self, const char *path, jsl_log_file *log, bool json) {
     static jsl_log_info info;
-    if (jsl_log_get_info(log, &info) != JSL_OK) return EXIT_LOST;
+    jsl_result result =
+        jsl_log_verify(log, &info); /* every frame's bytes: damage must not pass as sound */
+    if (result != JSL_OK && result != JSL_ERR_FORMAT) return EXIT_LOST;
+    if (info.events == 0) return complain(self, EXIT_INPUT, "%s holds no LCM event", path);
     if (json)
         print_json(path, &info);
     else
         print_info(path, &info);
-    if (info.events == 0) return complain(self, EXIT_INPUT, "%s holds no LCM event", path);
-    return info.holes || info.truncated ? EXIT_LOST : EXIT_DONE;
+    return result != JSL_OK || info.holes || info.truncated ? EXIT_LOST : EXIT_DONE;
 }
 
 static int choose_format(const command *self, const log_options *o, jsl_export_format *out) {
@@ -109,6 +111,8 @@ static int run_export(const command *self, const char *path, jsl_log_file *log,
                             .every = o->every,
                             .logger = stderr_logger()};
     if (!o->output) return complain(self, EXIT_INPUT, "export needs -o FILE");
+    if (same_file(path, o->output))
+        return complain(self, EXIT_INPUT, "-o %s: would replace the log", o->output);
     int status = choose_format(self, o, &desc.format);
     if (status >= 0) return status;
     if (!isnan(o->to) && (o->to < o->from || o->to == 0))

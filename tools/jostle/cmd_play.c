@@ -39,6 +39,8 @@ static int run(const command *self, int argc, char **argv) {
     progress_end(&bar);
     jsl_log_close(log);
     if (result == JSL_ERR_UNSUPPORTED || result == JSL_ERR_ARGUMENT) return EXIT_INPUT;
+    if (stats.events == 0 && !stop_requested)
+        return complain(self, EXIT_INPUT, "%s holds no LCM event", argv[first]);
     char text[32];
     if (!quiet)
         printf("played %lld events, %s in %.2f s%s\n", (long long)stats.events,

@@ -58,19 +58,12 @@ static bool hand_over(drawer *d, const uint8_t *pixels) {
 static bool draw_all(drawer *d, jsl_log_file *log, jsl_renderer *renderer) {
     const render_job *job = d->job;
     jsl_frame frame;
-    if (jsl_log_seek_time(log, job->first_time) != JSL_OK ||
-        jsl_log_next_frame(log, &frame) != JSL_OK)
-        return false;
-    jsl_frame next = frame;
-    bool more = true;
     for (int64_t i = d->index; i < job->count; i += job->drawers) {
         /* The last instant at or before the picture's time, with a little slack for dt's rounding.
          */
         double time = job->first_time + (double)i / job->fps + 1e-4;
-        while (more && next.time <= time) {
-            more = jsl_log_next_frame(log, &next) == JSL_OK;
-            if (more) frame = next;
-        }
+        if (jsl_log_seek_time(log, time) != JSL_OK || jsl_log_next_frame(log, &frame) != JSL_OK)
+            return false;
         const uint8_t *pixels;
         if (jsl_renderer_draw(renderer, &frame, &pixels) != JSL_OK) return false;
         if (!hand_over(d, pixels)) return true;
@@ -120,7 +113,7 @@ static bool is_pattern(const char *out) {
 }
 
 /* Starts ffmpeg with a pipe as its input; no shell is involved, so any file name will do. */
-static FILE *start_ffmpeg(const render_job *job, pid_t *pid) {
+static FILE *start_ffmpeg(const render_job *job, const char *out, pid_t *pid) {
     char size[32], rate[32];
     snprintf(size, sizeof size, "%lldx%lld", (long long)job->width, (long long)job->height);
     snprintf(rate, sizeof rate, "%g", job->fps);
@@ -135,11 +128,11 @@ static FILE *start_ffmpeg(const render_job *job, pid_t *pid) {
             execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo",
                    "-pixel_format", "rgb24", "-video_size", size, "-framerate", rate, "-i", "-",
                    "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "fast", "-movflags",
-                   "+faststart", job->out, (char *)NULL);
+                   "+faststart", out, (char *)NULL);
         else
             execlp("ffmpeg", "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo",
                    "-pixel_format", "rgb24", "-video_size", size, "-framerate", rate, "-i", "-",
-                   job->out, (char *)NULL);
+                   out, (char *)NULL);
         fprintf(stderr, "jostle render: ffmpeg is not installed; install it, or write pictures "
                         "with -o 'frame_%%05d.png'\n");
         _exit(127);
@@ -155,6 +148,7 @@ static FILE *start_ffmpeg(const render_job *job, pid_t *pid) {
 typedef struct picture_sink {
     const render_job *job;
     FILE *video;
+    char part[4096]; /* the video's name until it is whole; its ending tells ffmpeg the format */
     pid_t ffmpeg;
     jsl_image_sheet shape; /* of the contact sheet */
     uint8_t *sheet;        /* null: none is wanted */
@@ -200,7 +194,8 @@ static bool finish(picture_sink *s, bool good) {
         int code = 0;
         waitpid(s->ffmpeg, &code, 0);
         good = WIFEXITED(code) && WEXITSTATUS(code) == 0 && good;
-        if (!good) unlink(s->job->out);
+        if (good) good = rename(s->part, s->job->out) == 0;
+        if (!good) unlink(s->part);
     }
     if (s->sheet && good)
         good = jsl_image_write_png(s->job->sheet, s->sheet, s->width, s->height, &logger) == JSL_OK;
@@ -248,7 +243,9 @@ static int render(const command *self, const render_job *job, bool quiet) {
     if (!start_sheet(&sink))
         return complain(self, EXIT_LOST, "out of memory for the contact sheet");
     if (job->out && is_video(job->out)) {
-        sink.video = start_ffmpeg(job, &sink.ffmpeg);
+        int stem = (int)(strrchr(job->out, '.') - job->out);
+        snprintf(sink.part, sizeof sink.part, "%.*s.part%s", stem, job->out, job->out + stem);
+        sink.video = start_ffmpeg(job, sink.part, &sink.ffmpeg);
         if (!sink.video) return complain(self, EXIT_LOST, "cannot start ffmpeg");
     }
     progress bar = progress_start(quiet);
@@ -279,6 +276,8 @@ static int plan(const command *self, render_job *job) {
         return complain(
             self, EXIT_INPUT,
             "-o %s: must end in .mp4, .webm, .mkv or .gif, or be like 'frame_%%05d.png'", job->out);
+    if (same_file(job->path, job->out) || same_file(job->path, job->sheet))
+        return complain(self, EXIT_INPUT, "the output would replace the log");
     if (!job->out && !job->sheet)
         return complain(self, EXIT_INPUT, "say where to: -o FILE or --sheet FILE");
     jsl_logger logger = stderr_logger();
@@ -292,6 +291,8 @@ static int plan(const command *self, render_job *job) {
         return complain(self, EXIT_INPUT, "%s holds nothing that can be drawn", job->path);
     double from = isnan(job->from) ? info.first_time : fmax(job->from, info.first_time);
     double to = isnan(job->to) ? info.last_time : fmin(job->to, info.last_time);
+    if (!isnan(job->from) && !isnan(job->to) && job->to < job->from)
+        return complain(self, EXIT_INPUT, "--to comes before --from");
     if (to < from)
         return complain(self, EXIT_INPUT, "the log covers %g .. %g s only", info.first_time,
                         info.last_time);

@@ -92,12 +92,12 @@ static jsl_result simulate(jsl_world *world, jsl_publisher *publisher, double se
     double dt = (double)jsl_world_settings(world)->dt;
     /* Whole steps: the last one may end up to half a step early or late. */
     int64_t steps = llround(seconds / dt);
+    jsl_world_diagnostics(world, &report->first);
     jsl_result result = JSL_OK;
     for (int64_t i = 0; i < steps && result == JSL_OK && !stop_requested; i++) {
         jsl_warnings warnings;
         result = jsl_step(world, 0, &warnings);
         if (result == JSL_OK && publisher) result = jsl_publisher_step(publisher, &warnings);
-        if (i == 0) jsl_world_diagnostics(world, &report->first);
         if (i % 8 == 7 || i + 1 == steps) {
             jsl_world_diagnostics(world, &report->last);
             report->max_penetration = fmax(report->max_penetration, report->last.max_penetration);
@@ -197,10 +197,11 @@ static void print_summary(jsl_world *world, const run_report *r, const run_optio
     printf("other %.3f  ms a step\n",
            profile.steps ? 1e3 * (profile.total - staged) / (double)profile.steps : 0.0);
     if (r->last.bodies) {
-        printf("bodies       energy %.4g -> %.4g J (%+.2e), momentum drift %.2e, angular %.2e\n",
-               energy(&r->first), energy(&r->last), energy_drift(r),
-               drift3(r->first.momentum, r->last.momentum),
-               drift3(r->first.angular_momentum, r->last.angular_momentum));
+        printf(
+            "bodies       energy %.4g -> %.4g J (%+.2e), momentum changed by %.2e, angular %.2e\n",
+            energy(&r->first), energy(&r->last), energy_drift(r),
+            drift3(r->first.momentum, r->last.momentum),
+            drift3(r->first.angular_momentum, r->last.angular_momentum));
         printf("contacts     %lld now, largest penetration %.2f mm\n", (long long)r->last.contacts,
                1e3 * r->max_penetration);
     }
@@ -249,6 +250,8 @@ static int run_scene(const command *self, jsl_scene *scene, const run_options *o
     catch_signals();
     jsl_result result = simulate(world, publisher, seconds, o, &report);
     status = result == JSL_OK ? EXIT_DONE : EXIT_LOST;
+    if (report.last.warnings.count[JSL_WARN_OUT_OF_MEMORY])
+        status = complain(self, EXIT_LOST, "memory ran out: births or other work were lost");
     if (publisher) {
         report.publishing = true;
         result = jsl_publisher_close(publisher, &report.published);
@@ -297,6 +300,8 @@ static int run(const command *self, int argc, char **argv) {
     if (status >= 0) return status;
     if (argc - first != 1)
         return complain(self, EXIT_INPUT, "name one scene file; see jostle run --help");
+    if (same_file(argv[first], o.log))
+        return complain(self, EXIT_INPUT, "--log %s: would replace the scene", o.log);
     if (strcmp(o.when_full, "block") != 0 && strcmp(o.when_full, "drop") != 0)
         return complain(self, EXIT_INPUT, "--when-full %s: must be block or drop", o.when_full);
     jsl_logger logger = stderr_logger();

@@ -5,8 +5,9 @@
 
 #include <string.h>
 
-static const command *const commands[] = {&command_run, &command_explain, &command_log,   &command_play,
-                                          &command_render, &command_bench, &command_schema};
+static const command *const commands[] = {&command_run,   &command_explain, &command_log,
+                                          &command_play,  &command_render,  &command_bench,
+                                          &command_schema};
 #define COMMANDS ((int)(sizeof commands / sizeof commands[0]))
 
 static void usage(FILE *out) {
