@@ -80,7 +80,7 @@ cp "$scene" own.json
 check "run refuses to replace the scene" test "$("$jostle" run own.json --log own.json 2>/dev/null; echo $?)" = 2
 check "the scene is still there" cmp "$scene" own.json
 echo precious >precious.mp4
-timeout -s INT 1 "$jostle" render run.lcmlog -o precious.mp4 --quiet 2>/dev/null
+timeout --foreground -s INT 1 "$jostle" render run.lcmlog -o precious.mp4 --quiet 2>/dev/null
 check "a video that was there survives a render that is stopped" grep -q precious precious.mp4
 check "and no part of the new one is left" test ! -e precious.part.mp4
 

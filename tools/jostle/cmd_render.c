@@ -260,7 +260,7 @@ static int render(const command *self, const render_job *job, bool quiet) {
         free(all[i].pixels);
     }
     progress_end(&bar);
-    good = finish(&sink, good) && !stop_requested;
+    good = finish(&sink, good && !stop_requested);
     if (!good)
         return complain(self, EXIT_LOST,
                         stop_requested ? "stopped" : "not all pictures could be made");
