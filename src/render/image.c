@@ -9,6 +9,7 @@
 #include <png.h>
 #include <setjmp.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define SIDE_MAX 65535
@@ -93,6 +94,9 @@ jsl_result jsl_image_write_png(const char *path, const uint8_t *rgb, int width, 
     if (width < 1 || height < 1 || width > SIDE_MAX || height > SIDE_MAX)
         return jsl_fail(logger, JSL_ERR_ARGUMENT, "'%s': a picture of %d x %d: sides are 1..%d",
                         path, width, height, SIDE_MAX);
+    struct stat old;
+    if (stat(path, &old) == 0 && !S_ISREG(old.st_mode)) /* renaming would replace the device */
+        return jsl_fail(logger, JSL_ERR_IO, "'%s': is not a regular file", path);
     char temporary[PATH_LENGTH];
     int descriptor = open_beside(path, temporary);
     if (descriptor < 0) return jsl_fail(logger, JSL_ERR_IO, "'%s': %s", path, strerror(errno));

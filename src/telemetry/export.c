@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* -- Columns
@@ -381,6 +382,12 @@ static jsl_result check_desc(const jsl_export_desc *d) {
     return JSL_OK;
 }
 
+/* A device or a pipe: written as it stands, never replaced or removed. */
+static bool is_special(const char *path) {
+    struct stat s;
+    return stat(path, &s) == 0 && !S_ISREG(s.st_mode);
+}
+
 jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc, jsl_export_stats *out) {
     jsl_export_stats stats = {0};
     if (out) *out = stats;
@@ -393,7 +400,8 @@ jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc, jsl_ex
     /* Written beside it and renamed: a failure leaves what was there, and the log itself is safe.
      */
     char part[4096];
-    int n = snprintf(part, sizeof part, "%s.part", desc->path);
+    bool special = is_special(desc->path);
+    int n = snprintf(part, sizeof part, special ? "%s" : "%s.part", desc->path);
     FILE *file = n > 0 && (size_t)n < sizeof part ? fopen(part, "wb") : NULL;
     if (!file)
         return jsl_fail(&desc->logger, JSL_ERR_IO, "export: '%s' cannot be written: %s", desc->path,
@@ -403,13 +411,13 @@ jsl_result jsl_log_export(jsl_log_file *log, const jsl_export_desc *desc, jsl_ex
         desc->format == JSL_EXPORT_CSV ? write_csv(&e, file) : write_npz(&e, file, stats.rows, &z);
     jsl_npz_free(&z);
     if (fclose(file) != 0 && r == JSL_OK) r = JSL_ERR_IO;
-    if (r == JSL_OK && rename(part, desc->path) != 0) r = JSL_ERR_IO;
+    if (r == JSL_OK && !special && rename(part, desc->path) != 0) r = JSL_ERR_IO;
     jsl_log_rewind(log);
     if (r == JSL_OK) {
         if (out) *out = stats;
         return JSL_OK;
     }
-    (void)unlink(part);
+    if (!special) (void)unlink(part);
     return jsl_fail(&desc->logger, r, "export: '%s' could not be written: %s", desc->path,
                     jsl_result_text(r));
 }

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <sys/stat.h>
 
 jsl_result jsl_world_save_file(jsl_world *w, const char *path) {
     if (!w || !path) return JSL_ERR_ARGUMENT;
@@ -15,6 +16,9 @@ jsl_result jsl_world_save_file(jsl_world *w, const char *path) {
     int n = snprintf(temporary, sizeof temporary, "%s.part", path);
     if (n < 0 || (size_t)n >= sizeof temporary)
         return jsl_fail(log, JSL_ERR_ARGUMENT, "%.60s...: path is too long", path);
+    struct stat old;
+    if (stat(path, &old) == 0 && !S_ISREG(old.st_mode)) /* renaming would replace the device */
+        return jsl_fail(log, JSL_ERR_IO, "%s: is not a regular file", path);
     JSL_TRY(jsl_world_save(w, &bytes, &size));
     FILE *file = fopen(temporary, "wb");
     bool good = file && fwrite(bytes, 1, size, file) == size;

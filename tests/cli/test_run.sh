@@ -84,6 +84,13 @@ timeout --foreground -s INT 1 "$jostle" render run.lcmlog -o precious.mp4 --quie
 check "a video that was there survives a render that is stopped" grep -q precious precious.mp4
 check "and no part of the new one is left" test ! -e precious.part.mp4
 
+mkfifo pipe
+(timeout 5 cat pipe >/dev/null &)
+timeout 5 "$jostle" log export run.lcmlog --channel bodies --format csv -o pipe >/dev/null 2>&1
+check "a pipe is written, not replaced" test -p pipe
+check "a sheet does not replace a pipe" test "$("$jostle" render run.lcmlog --sheet pipe --to 0 --width 64 --height 36 --quiet 2>/dev/null; echo $?)" = 1
+check "the pipe is still there" test -p pipe
+
 # Damage does not pass as sound.
 cp run.lcmlog damaged.lcmlog
 printf 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx' | dd of=damaged.lcmlog bs=1 seek=$(($(stat -c %s run.lcmlog) / 2)) conv=notrunc 2>/dev/null

@@ -4,6 +4,8 @@
 #include <jostle/world.h>
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static jsl_world *make(const jsl_world_desc *desc) {
@@ -251,6 +253,34 @@ static void every_damaged_image_is_refused_and_changes_nothing(void **state) {
     jsl_world_destroy(b);
 }
 
+static void an_image_in_a_file_is_whole_or_absent(void **state) {
+    (void)state;
+    char folder[] = "/tmp/jostle-world-XXXXXX", path[64], missing[64];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/image", folder);
+    snprintf(missing, sizeof missing, "%s/no/such/place", folder);
+    jsl_world *a = furnished(), *b = make(NULL), *c;
+    assert_ok(jsl_world_save_file(a, path));
+    assert_ok(jsl_world_restore_file(b, path));
+    assert_true(jsl_world_hash(a) == jsl_world_hash(b));
+    assert_result(jsl_world_save_file(a, missing), JSL_ERR_IO);
+    assert_result(jsl_world_restore_file(b, missing), JSL_ERR_IO);
+    assert_result(jsl_world_save_file(a, "/dev/null"), JSL_ERR_IO); /* not replaced by a file */
+    assert_result(jsl_world_restore_file(b, "/dev/null"), JSL_ERR_FORMAT);
+    assert_int_equal(remove(path), 0);
+    assert_int_equal(remove(folder), 0); /* nothing else was left in it */
+    assert_ok(jsl_world_clone(a, NULL, NULL, &c));
+    assert_true(jsl_world_hash(a) == jsl_world_hash(c));
+    for (int i = 0; i < 3; i++) {
+        assert_ok(jsl_step(a, 0, NULL));
+        assert_ok(jsl_step(c, 0, NULL));
+    }
+    assert_true(jsl_world_hash(a) == jsl_world_hash(c));
+    jsl_world_destroy(a);
+    jsl_world_destroy(b);
+    jsl_world_destroy(c);
+}
+
 static void nothing_leaks_when_any_allocation_fails(void **state) {
     (void)state;
     for (int64_t n = 1;; n++) {
@@ -282,6 +312,7 @@ int main(void) {
         cmocka_unit_test(a_step_inside_a_step_is_refused),
         cmocka_unit_test(a_restored_world_is_the_saved_one),
         cmocka_unit_test(every_damaged_image_is_refused_and_changes_nothing),
+        cmocka_unit_test(an_image_in_a_file_is_whole_or_absent),
         cmocka_unit_test(nothing_leaks_when_any_allocation_fails),
     };
     return cmocka_run_group_tests_name("world", tests, NULL, NULL);
