@@ -150,10 +150,10 @@ $(BUILD)/lib/pkgconfig/$(NAME_$(2))$(SUF_$(1)).pc: Makefile include/jostle/base.
 	@mkdir -p $$(@D)
 	@printf '%s\n' 'prefix=$(PREFIX)' 'includedir=$$$${prefix}/include' 'libdir=$$$${prefix}/lib' '' \
 	    'Name: $(NAME_$(2))$(SUF_$(1))' 'Description: jostle animates particles, flocks and rigid bodies ($(1))' \
-	    'URL: https://jostle.invalid' 'Version: $(VERSION)' \
+	    'Version: $(VERSION)' \
 	    'Requires: $$(foreach n,$$(NEEDS_$(2)),$$(n)$(SUF_$(1)))' 'Requires.private: $$(PKG_$(2))' \
 	    'Cflags: -I$$$${includedir} $(DEF_$(1))' 'Libs: -L$$$${libdir} -l$(NAME_$(2))$(SUF_$(1))' \
-	    'Libs.private: $$(EXT_$(2)) -lm -pthread' | sed '/^URL:/d' > $$@
+	    'Libs.private: $$(EXT_$(2)) -lm -pthread' > $$@
 endef
 $(foreach p,$(PRECS),$(foreach l,$(LIBS),$(eval $(call library_rules,$(p),$(l)))))
 

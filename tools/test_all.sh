@@ -26,7 +26,6 @@ else echo "skipped: valgrind is not installed"; fi
 # One scene, one seed, one hash: whatever the optimisation level.
 same_hash() {
     set -- build/bin/jostle build/O0/bin/jostle build/O3/bin/jostle
-    first=""
     for jostle in "$@"; do
         for variant in "$jostle" "$jostle-f64"; do
             "$variant" run tools/scenes/showcase.json --seconds 2 --json |

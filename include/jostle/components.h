@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * jostle/components.h - the built-in components: every field, its unit and its role.
  *
- * Rows are X(type, name, unit, role). A world registers only the components that a scene uses. For
- * each list NAME_FIELDS there is a struct jsl_NAME_columns of pointers and jsl_NAME_of(rows, term),
- * see ecs.h. Quaternions are (x,y,z,w), body to world. Floor 2.
+ * Rows are X(type, name, unit, role). A world registers those shared by all kinds, and a kind's
+ * own when it is first used. For each list NAME_FIELDS there is a struct jsl_NAME_columns of
+ * pointers and jsl_NAME_of(rows, term), see ecs.h. Quaternions are (x,y,z,w), body to world.
+ * Floor 2.
  */
 #ifndef JOSTLE_COMPONENTS_H
 #define JOSTLE_COMPONENTS_H
@@ -57,8 +58,9 @@
 /* -- Particles
  * ------------------------------------------------------------------------------------- */
 
-/* size is the radius of the drawn sprite and of the collision sphere. Colour, transparency and size
- * over life come from the curves of the emitter that gave birth. */
+/* size is the radius of the drawn sprite; the emitter's contact_size says what share of it
+ * collides. Colour, transparency and size over life come from the curves of the emitter that gave
+ * birth. */
 #define JSL_PARTICLE_FIELDS(X)                                                                     \
     X(real, age, "s", JSL_STATE)                                                                   \
     X(real, life, "s", JSL_STATE)                                                                  \
