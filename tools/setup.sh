@@ -2,7 +2,7 @@
 # Installs the Debian packages that jostle builds and tests with, those that are missing only. Quiet when none is.
 set -eu
 packages="gcc g++ make git pkg-config libc6-dev liblcm-dev liblcm-bin libode-dev libbox2d-dev libcmocka-dev \
-libjansson-dev libosmesa6-dev libpng-dev ffmpeg python3-venv python3-pip iproute2"
+libjansson-dev libassimp-dev libqhull-dev libosmesa6-dev libpng-dev ffmpeg python3-venv python3-pip iproute2"
 missing=""
 for p in $packages; do
     case "$(dpkg-query -W -f='${db:Status-Abbrev}' "$p" 2>/dev/null || true)" in
